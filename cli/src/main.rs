@@ -1,0 +1,2 @@
+//! A render farm in one binary.
+fn main() {}

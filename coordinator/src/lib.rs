@@ -1,0 +1,1 @@
+//! The coordinator: farm decisions, store, API, development of pictures.

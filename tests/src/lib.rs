@@ -1,0 +1,1 @@
+//! End-to-end tests: the whole farm, real processes, real faults.

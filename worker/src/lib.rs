@@ -1,0 +1,1 @@
+//! The worker process: lease, fetch, render, upload.
