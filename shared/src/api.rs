@@ -1,0 +1,257 @@
+//! JSON of the REST API and of the worker protocol.
+
+use crate::film::ErrorEstimate;
+use crate::hash::ContentHash;
+use crate::job::{JobId, JobState, Manifest, RenderSettings};
+use crate::plan::Run;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Body of `POST /v1/jobs`. The scene and its files must be uploaded first.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SubmitRequest {
+    /// Name for people; default is the scene's.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// Scene and files.
+    pub manifest: Manifest,
+    /// What differs from the scene's defaults.
+    #[serde(default)]
+    pub settings: SettingsOverride,
+    /// Jobs of higher priority are served first.
+    #[serde(default)]
+    pub priority: i32,
+}
+
+/// Settings that replace the scene's.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SettingsOverride {
+    /// Picture width in pixels.
+    #[serde(default)]
+    pub width: Option<u32>,
+    /// Picture height in pixels.
+    #[serde(default)]
+    pub height: Option<u32>,
+    /// Samples per pixel, even.
+    #[serde(default)]
+    pub samples: Option<u32>,
+    /// Seed.
+    #[serde(default)]
+    pub seed: Option<u64>,
+}
+
+/// A job as the API shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JobView {
+    /// Number.
+    pub id: JobId,
+    /// Name.
+    pub name: String,
+    /// Where it stands.
+    pub state: JobState,
+    /// No further change will come.
+    pub done: bool,
+    /// Why it failed.
+    pub failure: Option<String>,
+    /// Priority.
+    pub priority: i32,
+    /// What is rendered.
+    pub settings: RenderSettings,
+    /// blake3 of scene.json.
+    pub scene_hash: ContentHash,
+    /// When it was submitted, milliseconds since 1970.
+    pub submitted_ms: i64,
+    /// When it ended, milliseconds since 1970.
+    pub finished_ms: Option<i64>,
+    /// Units of all frames.
+    pub units_total: u64,
+    /// Units counted.
+    pub units_done: u64,
+    /// Samples counted, over all pixels.
+    pub samples_done: u64,
+    /// Share of units done, 0 to 1.
+    pub progress: f64,
+    /// Seconds from the first lease to the last result, or to now.
+    pub elapsed_s: f64,
+    /// Samples per second over `elapsed_s`.
+    pub samples_per_s: f64,
+    /// Core seconds that workers spent on it.
+    pub core_s: f64,
+    /// Expected seconds to the end; absent when nothing is known.
+    pub remaining_s: Option<f64>,
+    /// Error of frame 0 (of the only frame) so far, from the two halves.
+    pub error: Option<ErrorEstimate>,
+    /// Samples that contributed nothing because they were no light.
+    pub bad_samples: u64,
+    /// Paths that ended at the safety cap on depth.
+    pub depth_cap_hits: u64,
+    /// blake3 of the integer film of each finished frame, in frame order; only
+    /// when the job is done.
+    pub film_hashes: Vec<ContentHash>,
+    /// Counts up with every change.
+    pub rev: i64,
+}
+
+/// One page of jobs.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct JobPage {
+    /// Newest first.
+    pub jobs: Vec<JobView>,
+    /// Pass as `page_token` for the next page; absent at the end.
+    pub next_page_token: Option<String>,
+}
+
+/// Body of `POST /v1/assets/missing`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MissingRequest {
+    /// Hashes that the client could upload.
+    pub hashes: Vec<ContentHash>,
+}
+
+/// Answer: those that the coordinator lacks.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct MissingResponse {
+    /// Upload these.
+    pub missing: Vec<ContentHash>,
+}
+
+/// Who a worker is. The instance is random per process: a name that comes back
+/// after a crash is another worker.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WorkerId {
+    /// Name for people.
+    pub name: String,
+    /// Random, per process.
+    pub instance: String,
+}
+
+/// Body of `POST /v1/worker/leases`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LeaseRequest {
+    /// Who asks.
+    pub worker: WorkerId,
+    /// [`crate::wire::PROTOCOL_VERSION`] of the worker.
+    pub protocol: u16,
+    /// Numeric build of its tracer; another one than the farm's is refused.
+    pub build: String,
+    /// Threads that render.
+    pub threads: u32,
+    /// Measured samples per second over all threads; 0 when not yet known.
+    pub samples_per_s: f64,
+    /// Wait at most this long for work.
+    pub wait_ms: u64,
+}
+
+/// Runs handed to one worker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct Lease {
+    /// Number of the lease.
+    pub id: i64,
+    /// Job.
+    pub job: JobId,
+    /// Scene and files.
+    pub manifest: Manifest,
+    /// What is rendered.
+    pub settings: RenderSettings,
+    /// What to render, in this order.
+    pub runs: Vec<Run>,
+    /// Heartbeat at least this often, in milliseconds.
+    pub heartbeat_ms: u64,
+}
+
+/// Body of `POST /v1/worker/heartbeat`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeartbeatRequest {
+    /// Who.
+    pub worker: WorkerId,
+    /// Leases it still works on.
+    pub leases: Vec<i64>,
+}
+
+/// Answer to a heartbeat.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct HeartbeatResponse {
+    /// Leases to drop: their job has ended or everything in them is counted.
+    pub drop: Vec<i64>,
+}
+
+/// Answer to a result.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct ResultResponse {
+    /// The run was counted already, with the same bits.
+    pub duplicate: bool,
+}
+
+/// Why a run cannot be rendered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FailureKind {
+    /// The scene or an asset is wrong: every worker would say the same.
+    Scene,
+    /// Something on this worker.
+    Worker,
+}
+
+/// Body of `POST /v1/worker/failures`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FailureReport {
+    /// Who.
+    pub worker: WorkerId,
+    /// Job.
+    pub job: JobId,
+    /// Lease.
+    pub lease: i64,
+    /// The run; all runs of the lease when absent.
+    #[serde(default)]
+    pub run: Option<Run>,
+    /// Whose fault.
+    pub kind: FailureKind,
+    /// For people.
+    pub reason: String,
+}
+
+/// Body of `POST /v1/worker/release`: runs handed back undone.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ReleaseRequest {
+    /// Who.
+    pub worker: WorkerId,
+    /// Leases given up.
+    pub leases: Vec<i64>,
+}
+
+/// A worker as the API shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct WorkerView {
+    /// Who.
+    pub worker: WorkerId,
+    /// Threads that render.
+    pub threads: u32,
+    /// Measured samples per second.
+    pub samples_per_s: f64,
+    /// Milliseconds since it was last heard of.
+    pub silent_ms: i64,
+    /// Runs it holds.
+    pub runs_held: u64,
+}
+
+/// An error, by RFC 9457 (`application/problem+json`).
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+pub struct Problem {
+    /// Stable name of the kind of error: `urn:shearwater:problem:...`.
+    #[serde(rename = "type")]
+    pub kind: String,
+    /// Short text of the kind.
+    pub title: String,
+    /// HTTP status.
+    pub status: u16,
+    /// What happened, where, and what to do about it.
+    pub detail: String,
+}

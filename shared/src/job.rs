@@ -1,0 +1,237 @@
+//! Jobs: what a user asks for, and where a job stands.
+
+use crate::hash::ContentHash;
+use crate::limits;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// A job's number, given by the store; unique for ever within one store.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(transparent)]
+pub struct JobId(pub i64);
+
+impl fmt::Display for JobId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// One file of a scene: its content and size.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AssetRef {
+    /// blake3 of the bytes.
+    pub hash: ContentHash,
+    /// Length in bytes.
+    pub size: u64,
+}
+
+/// The files of a scene: the bytes of scene.json by hash, and every asset by
+/// the name that the scene uses. Names are keys, never paths of any machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Manifest {
+    /// blake3 of the bytes of scene.json, uploaded like any asset.
+    pub scene: ContentHash,
+    /// Asset name as written in the scene (`assets/plane.obj`) to content.
+    #[serde(default)]
+    pub files: BTreeMap<String, AssetRef>,
+}
+
+impl Manifest {
+    /// A name for scene and assets together: equal for equal content, so a
+    /// built scene can be kept under it.
+    #[must_use]
+    pub fn key(&self) -> ContentHash {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"shearwater manifest 1");
+        hasher.update(self.scene.as_bytes());
+        for (name, asset) in &self.files {
+            hasher.update(&(name.len() as u64).to_le_bytes());
+            hasher.update(name.as_bytes());
+            hasher.update(asset.hash.as_bytes());
+        }
+        ContentHash::from_bytes(*hasher.finalize().as_bytes())
+    }
+}
+
+/// What is to be rendered, resolved: every number a worker or the film needs.
+/// A job's pixels are a function of its [`Manifest`] and this alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RenderSettings {
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Samples per pixel over both halves; even, at least 2.
+    pub samples: u32,
+    /// Seed of the whole job; another seed gives an independent picture.
+    #[serde(default)]
+    pub seed: u64,
+    /// Number of frames, numbered from 0.
+    #[serde(default = "one")]
+    pub frames: u32,
+}
+
+const fn one() -> u32 {
+    1
+}
+
+/// A render setting out of its range.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[error("settings.{field} is {value}: expected {expected}")]
+pub struct SettingsError {
+    /// Which field.
+    pub field: &'static str,
+    /// What it was.
+    pub value: u64,
+    /// What it may be.
+    pub expected: String,
+}
+
+impl RenderSettings {
+    /// Check every field against [`limits`].
+    ///
+    /// # Errors
+    /// Names the first field that is out of range and its range.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        let fail = |field, value: u64, expected: String| {
+            Err(SettingsError {
+                field,
+                value,
+                expected,
+            })
+        };
+        let side = limits::IMAGE_SIDE_MAX;
+        if !(1..=side).contains(&self.width) {
+            return fail("width", self.width.into(), format!("1 to {side} pixels"));
+        }
+        if !(1..=side).contains(&self.height) {
+            return fail("height", self.height.into(), format!("1 to {side} pixels"));
+        }
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        if pixels > limits::IMAGE_PIXELS_MAX {
+            return fail(
+                "width",
+                self.width.into(),
+                format!("at most {} pixels in all", limits::IMAGE_PIXELS_MAX),
+            );
+        }
+        if !(2..=limits::SAMPLES_MAX).contains(&self.samples) || self.samples % 2 != 0 {
+            return fail(
+                "samples",
+                self.samples.into(),
+                format!("an even number, 2 to {}", limits::SAMPLES_MAX),
+            );
+        }
+        if !(1..=limits::FRAMES_MAX).contains(&self.frames) {
+            return fail(
+                "frames",
+                self.frames.into(),
+                format!("1 to {}", limits::FRAMES_MAX),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// Where a job stands. Derived from unit states when it is asked for; only
+/// `Cancelled` and `Failed` are stored, since nobody could derive them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum JobState {
+    /// No unit is done and none is leased.
+    Queued,
+    /// Some unit is leased or done.
+    Running,
+    /// Every unit is counted; the film is final.
+    Done,
+    /// Stopped by a user.
+    Cancelled,
+    /// Cannot be rendered; the reason is with the job.
+    Failed,
+}
+
+impl JobState {
+    /// No further unit will be handed out.
+    #[must_use]
+    pub const fn is_final(self) -> bool {
+        matches!(self, Self::Done | Self::Cancelled | Self::Failed)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GOOD: RenderSettings = RenderSettings {
+        width: 64,
+        height: 32,
+        samples: 4,
+        seed: 0,
+        frames: 1,
+    };
+
+    #[test]
+    fn settings_out_of_range_are_named() {
+        assert_eq!(GOOD.validate(), Ok(()));
+        let cases = [
+            (RenderSettings { width: 0, ..GOOD }, "width"),
+            (
+                RenderSettings {
+                    width: 20_000,
+                    ..GOOD
+                },
+                "width",
+            ),
+            (
+                RenderSettings {
+                    width: 16_384,
+                    height: 16_384,
+                    ..GOOD
+                },
+                "width",
+            ),
+            (RenderSettings { height: 0, ..GOOD }, "height"),
+            (RenderSettings { samples: 3, ..GOOD }, "samples"),
+            (RenderSettings { samples: 0, ..GOOD }, "samples"),
+            (RenderSettings { frames: 0, ..GOOD }, "frames"),
+        ];
+        for (settings, field) in cases {
+            assert_eq!(settings.validate().map_err(|e| e.field), Err(field));
+        }
+    }
+
+    #[test]
+    fn manifest_key_follows_content_and_names() {
+        let asset = |bytes: &[u8]| AssetRef {
+            hash: ContentHash::of(bytes),
+            size: bytes.len() as u64,
+        };
+        let base = Manifest {
+            scene: ContentHash::of(b"{}"),
+            files: [("a".to_owned(), asset(b"1"))].into(),
+        };
+        let mut renamed = base.clone();
+        renamed.files = [("b".to_owned(), asset(b"1"))].into();
+        let mut changed = base.clone();
+        changed.files = [("a".to_owned(), asset(b"2"))].into();
+        assert_eq!(base.key(), base.clone().key());
+        assert_ne!(base.key(), renamed.key());
+        assert_ne!(base.key(), changed.key());
+    }
+}

@@ -1,0 +1,56 @@
+//! Every limit of the system that both sides must agree on, with its reason.
+
+/// Widest and highest picture, in pixels: 16k, the largest common still.
+pub const IMAGE_SIDE_MAX: u32 = 16_384;
+/// Most pixels of one picture: the film needs 96 bytes for each (6.4 GiB here).
+pub const IMAGE_PIXELS_MAX: u64 = 1 << 26;
+/// Most samples per pixel: two halves of 2^23 keep every index in 32 bits and
+/// every sum of a run below 2^62 (see [`crate::film::SAMPLE_MAX`]).
+pub const SAMPLES_MAX: u32 = 1 << 24;
+/// Most frames of one job; rows are made lazily, so this bounds numbers only.
+pub const FRAMES_MAX: u32 = 1_000_000;
+/// Side of a tile in pixels: 64 x 64 keeps a part below 400 KiB and gives two
+/// cores 128 tiles on the smallest common picture.
+pub const TILE_SIDE: u32 = 64;
+/// Largest scene.json: a scene of a hundred thousand instances fits.
+pub const SCENE_BYTES_MAX: usize = 32 << 20;
+/// Largest single asset: a mesh of ten million triangles as OBJ text.
+pub const ASSET_BYTES_MAX: u64 = 2 << 30;
+/// Most assets in one manifest.
+pub const ASSETS_MAX: usize = 10_000;
+/// Longest asset name in a manifest, in bytes.
+pub const ASSET_NAME_BYTES_MAX: usize = 512;
+/// Most triangles of one mesh: prim ids stay below 2^28, trees below 16 GiB.
+pub const TRIANGLES_MAX: usize = 50_000_000;
+/// Most vertices of one mesh, for the same reason.
+pub const VERTICES_MAX: usize = 50_000_000;
+/// Most instances of one scene.
+pub const INSTANCES_MAX: usize = 1_000_000;
+/// Most materials of one scene.
+pub const MATERIALS_MAX: usize = 10_000;
+/// Most cloud particles of one scene.
+pub const PARTICLES_MAX: usize = 5_000_000;
+/// Most texels of one texture: 16k x 8k.
+pub const TEXELS_MAX: u64 = 1 << 27;
+/// Memory an image decoder may take for one texture, in bytes.
+pub const TEXTURE_DECODE_BYTES_MAX: u64 = 2 << 30;
+/// Longest path in scattering events. A safety net, not a setting: paths end
+/// by Russian roulette long before, and hits of the cap are counted.
+pub const PATH_DEPTH_MAX: u32 = 1000;
+/// Largest JSON body of any request but a job's submission.
+pub const JSON_BODY_BYTES_MAX: usize = 1 << 20;
+/// Largest JSON body of a job's submission (a manifest of [`ASSETS_MAX`]).
+pub const SUBMIT_BODY_BYTES_MAX: usize = 16 << 20;
+/// Most runs in one lease: bounds the answer and the claim transaction.
+pub const LEASE_RUNS_MAX: usize = 64;
+/// Longest wait of a lease request, in milliseconds: below common proxy limits.
+pub const LEASE_WAIT_MS_MAX: u64 = 20_000;
+/// Longest name of a job or worker, in bytes.
+pub const NAME_BYTES_MAX: usize = 200;
+/// Bad samples that a part describes one by one; the rest is only counted.
+pub const BAD_SAMPLES_LISTED_MAX: usize = 16;
+/// Samples (per half) that carry features (albedo, normal, depth): these are
+/// noise-free enough after a few, and cost traffic.
+pub const FEATURE_SAMPLES: u32 = 16;
+/// Share of samples that may be bad before the job fails.
+pub const BAD_SAMPLE_SHARE_MAX: f64 = 1e-6;

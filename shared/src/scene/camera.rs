@@ -1,0 +1,32 @@
+//! Camera.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A thin-lens camera; a pinhole when `lens_radius_m` is 0.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Camera {
+    /// Eye point in metres.
+    pub position_m: [f64; 3],
+    /// Point in the middle of the picture, in metres.
+    pub target_m: [f64; 3],
+    /// Direction that is up in the picture; need not be normal to the view.
+    #[serde(default = "up")]
+    pub up: [f64; 3],
+    /// Full vertical angle of view in degrees, above 0 and below 179.
+    pub vertical_fov_deg: f64,
+    /// Time that the shutter is open, in seconds; 0 freezes everything.
+    #[serde(default)]
+    pub shutter_s: f64,
+    /// Radius of the lens in metres; 0 is a pinhole.
+    #[serde(default)]
+    pub lens_radius_m: f64,
+    /// Distance of perfect focus in metres; default is the target's.
+    #[serde(default)]
+    pub focus_distance_m: Option<f64>,
+}
+
+const fn up() -> [f64; 3] {
+    [0.0, 1.0, 0.0]
+}

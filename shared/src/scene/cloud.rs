@@ -1,0 +1,45 @@
+//! Clouds of semi-opaque ellipsoids.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The student report's radial formation, corrected: a particle sits at a
+/// uniform direction on the ellipsoid `radii_m` about `centre_m`, pushed by
+/// `length_m * u^0.7` along the formation's direction with its two other
+/// components jittered by +-0.4, so that density falls with distance. Opacity
+/// falls with that distance too, from the larger to the smaller bound.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cloud {
+    /// Origin of the formation in metres.
+    pub centre_m: [f64; 3],
+    /// Semi-axes of the core ellipsoid in metres.
+    pub radii_m: [f64; 3],
+    /// Where the formation spreads to; any length but 0.
+    pub direction: [f64; 3],
+    /// How far it spreads, in metres.
+    pub length_m: f64,
+    /// Number of particles.
+    pub count: u32,
+    /// Smallest and largest particle radius in metres.
+    pub particle_radius_m: [f64; 2],
+    /// Smallest and largest factor on a particle's x radius.
+    #[serde(default = "ones")]
+    pub stretch_x: [f64; 2],
+    /// Smallest and largest opacity of one crossing of a particle's boundary, 0 to 1.
+    pub opacity: [f32; 2],
+    /// Share of light a particle reflects, linear RGB.
+    #[serde(default = "white")]
+    pub albedo: [f32; 3],
+    /// Seed of the formation.
+    #[serde(default)]
+    pub seed: u64,
+}
+
+const fn ones() -> [f64; 2] {
+    [1.0; 2]
+}
+
+const fn white() -> [f32; 3] {
+    [0.95; 3]
+}

@@ -1,0 +1,63 @@
+//! Meshes and their placement.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// A triangle mesh from a file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mesh {
+    /// OBJ file, by name relative to scene.json.
+    pub file: String,
+    /// How shading normals are made where the file has none.
+    #[serde(default)]
+    pub normals: Normals,
+    /// Faces that meet at less than this angle are smoothed together, degrees.
+    #[serde(default = "default_crease")]
+    pub crease_angle_deg: f64,
+    /// Material name in the OBJ to material of the scene. Names that are not
+    /// listed take the scene's material of that name, then the MTL file's.
+    #[serde(default)]
+    pub materials: BTreeMap<String, String>,
+}
+
+/// Where shading normals come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Normals {
+    /// From the file; where it has none, smoothed up to the crease angle.
+    #[default]
+    Smooth,
+    /// Always the triangle's own.
+    Flat,
+}
+
+const fn default_crease() -> f64 {
+    40.0
+}
+
+/// A placed mesh: scaled, then turned, then moved.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Instance {
+    /// Name of the mesh.
+    pub mesh: String,
+    /// Where its origin goes, in metres.
+    #[serde(default)]
+    pub translate_m: [f64; 3],
+    /// Angles about x, y and z in degrees; the rotation is Ry * Rx * Rz (yaw
+    /// after pitch after roll).
+    #[serde(default)]
+    pub rotate_deg: [f64; 3],
+    /// Factor along each axis; may be negative (mirror), not zero.
+    #[serde(default = "ones")]
+    pub scale: [f64; 3],
+    /// A material of the scene for the whole instance instead of the mesh's.
+    #[serde(default)]
+    pub material: Option<String>,
+}
+
+const fn ones() -> [f64; 3] {
+    [1.0; 3]
+}

@@ -1,0 +1,125 @@
+//! The scene description, version 1: what `scene.json` says.
+//!
+//! These types mirror the file and do nothing; [`parse`] reads and checks one,
+//! the tracer builds from it. Unknown fields are refused everywhere. Metres,
+//! seconds, degrees; y is up; colours are linear Rec. 709 unless they come from
+//! an 8-bit texture, which is sRGB.
+
+mod camera;
+mod cloud;
+mod material;
+mod mesh;
+mod parse;
+mod post;
+mod sky;
+mod validate;
+mod water;
+
+pub use camera::Camera;
+pub use cloud::Cloud;
+pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMaterial};
+pub use mesh::{Instance, Mesh, Normals};
+pub use parse::{SceneError, parse, schema_json};
+pub use post::{Bloom, Post, View};
+pub use sky::{ConstantSky, MapSky, Sky, Sun};
+pub use water::{TessendorfWater, Water};
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The version of the format that this build reads.
+pub const SCENE_VERSION: u32 = 1;
+
+/// A whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SceneDescription {
+    /// Format version; 1.
+    pub version: u32,
+    /// Name of the scene; also of the files that `render` writes.
+    pub name: String,
+    /// Size of the picture.
+    pub image: Image,
+    /// What a job renders when the user says nothing else.
+    #[serde(default)]
+    pub job: JobDefaults,
+    /// Camera.
+    pub camera: Camera,
+    /// Materials by name.
+    #[serde(default)]
+    pub materials: BTreeMap<String, Material>,
+    /// Meshes by name.
+    #[serde(default)]
+    pub meshes: BTreeMap<String, Mesh>,
+    /// Placed meshes; one mesh may be placed often without being copied.
+    #[serde(default)]
+    pub instances: Vec<Instance>,
+    /// Light from all directions.
+    #[serde(default)]
+    pub sky: Option<Sky>,
+    /// A distant sphere of light.
+    #[serde(default)]
+    pub sun: Option<Sun>,
+    /// A sea to the horizon.
+    #[serde(default)]
+    pub water: Option<Water>,
+    /// Clouds of semi-opaque ellipsoids.
+    #[serde(default)]
+    pub clouds: Vec<Cloud>,
+    /// From radiance to a picture.
+    #[serde(default)]
+    pub post: Post,
+}
+
+/// Size of the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Image {
+    /// Columns, 1 to 16384.
+    pub width: u32,
+    /// Rows, 1 to 16384.
+    pub height: u32,
+}
+
+/// What a job renders when the user says nothing else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct JobDefaults {
+    /// Samples per pixel, even; powers of two converge best.
+    #[serde(default = "default_samples")]
+    pub samples: u32,
+}
+
+const fn default_samples() -> u32 {
+    64
+}
+
+impl Default for JobDefaults {
+    fn default() -> Self {
+        Self {
+            samples: default_samples(),
+        }
+    }
+}
+
+impl SceneDescription {
+    /// Names of every file that the scene itself refers to (meshes, textures,
+    /// sky), sorted. Files that an OBJ refers to are found by
+    /// reading the OBJ.
+    #[must_use]
+    pub fn files(&self) -> BTreeSet<String> {
+        let mut files: BTreeSet<String> =
+            self.meshes.values().map(|mesh| mesh.file.clone()).collect();
+        files.extend(
+            self.materials
+                .values()
+                .flat_map(Material::textures)
+                .map(str::to_owned),
+        );
+        if let Some(Sky::Map(map)) = &self.sky {
+            files.insert(map.file.clone());
+        }
+        files
+    }
+}

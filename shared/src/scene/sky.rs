@@ -1,0 +1,61 @@
+//! Sky and sun.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Light that comes from infinitely far away, from every direction.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(tag = "type", rename_all = "snake_case")]
+pub enum Sky {
+    /// The same radiance everywhere.
+    Constant(ConstantSky),
+    /// An equirectangular picture. Its middle column looks along -z and columns
+    /// grow towards +x; its top row looks along +y.
+    Map(MapSky),
+}
+
+/// The same radiance everywhere.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstantSky {
+    /// Radiance, linear RGB.
+    pub radiance: [f32; 3],
+}
+
+/// An equirectangular picture around the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MapSky {
+    /// EXR (radiance), PNG or JPEG (sRGB) file.
+    pub file: String,
+    /// Turn about the vertical in degrees, clockwise seen from above.
+    #[serde(default)]
+    pub rotation_deg: f64,
+    /// Factor on its radiance.
+    #[serde(default = "one")]
+    pub intensity: f32,
+}
+
+/// A distant sphere of light. Azimuth is in degrees clockwise seen from above:
+/// 0 looks along -z, 90 along +x.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sun {
+    /// Azimuth of its centre in degrees.
+    pub azimuth_deg: f64,
+    /// Elevation of its centre above the horizon in degrees, -90 to 90.
+    pub elevation_deg: f64,
+    /// Angular radius in degrees, above 0, at most 45; the real sun has 0.27.
+    #[serde(default = "sun_radius")]
+    pub angular_radius_deg: f64,
+    /// Radiance of the disc, linear RGB.
+    pub radiance: [f32; 3],
+}
+
+const fn one() -> f32 {
+    1.0
+}
+
+const fn sun_radius() -> f64 {
+    0.27
+}
