@@ -1,0 +1,9 @@
+//! Lights: the sky and the sun, both infinitely far away.
+
+mod alias;
+mod sky;
+mod sun;
+
+pub use alias::AliasTable;
+pub use sky::{SkyLight, SkySample};
+pub use sun::SunLight;

@@ -1,0 +1,289 @@
+//! The sky: radiance from every direction, sampled by importance.
+
+use super::AliasTable;
+use crate::math::elementary::{acos, atan2, sin_cos};
+use glam::Vec3;
+use std::f32::consts::PI;
+
+/// Most cells of the sampling table. Finer maps are sampled in blocks of texels:
+/// the table then stays in cache, and a block's texels still all can be drawn.
+const CELLS_MAX: usize = 1 << 19;
+
+/// Light from infinitely far away.
+#[derive(Clone, Debug)]
+pub enum SkyLight {
+    /// The same radiance from everywhere.
+    Constant(Vec3),
+    /// An equirectangular map, bilinearly interpolated.
+    Map(Box<SkyMap>),
+}
+
+/// A direction towards the sky.
+#[derive(Clone, Copy, Debug)]
+pub struct SkySample {
+    /// Unit direction.
+    pub wi: Vec3,
+    /// Radiance from there.
+    pub radiance: Vec3,
+    /// Density per solid angle.
+    pub pdf: f32,
+}
+
+/// An equirectangular map with its sampling table.
+#[derive(Clone, Debug)]
+pub struct SkyMap {
+    width: usize,
+    height: usize,
+    rgb: Vec<[f32; 3]>,
+    /// Turn about the vertical, as a share of a full turn.
+    turn: f32,
+    cells_x: usize,
+    cells_y: usize,
+    /// Probability of a cell times the number of cells: the density in (u, v).
+    density: Vec<f32>,
+    /// Which row of cells; absent when the map is black.
+    rows: Option<AliasTable>,
+    /// Which cell of a row; absent for black rows. Two draws of 24 bits each leave
+    /// both choices fine enough, where one draw for all cells would not.
+    columns: Vec<Option<AliasTable>>,
+}
+
+impl SkyLight {
+    /// A map of linear radiance, rows from the zenith down, turned clockwise
+    /// (seen from above) by `rotation_deg`. Pixel values must be finite and not
+    /// negative, and there must be `width * height` of them, at least one.
+    #[must_use]
+    pub fn map(width: usize, height: usize, rgb: Vec<[f32; 3]>, rotation_deg: f64) -> Self {
+        let turn = rotation_deg / 360.0;
+        let turn = (turn - libm::floor(turn)) as f32;
+        let (cells_x, cells_y, weights) = cell_weights(width, height, &rgb);
+        let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
+        let row_weights: Vec<f32> = weights.chunks(cells_x).map(|row| row.iter().sum()).collect();
+        let rows = AliasTable::new(&row_weights);
+        let columns = weights.chunks(cells_x).map(AliasTable::new).collect();
+        let scale = if total > 0.0 { weights.len() as f64 / total } else { 0.0 };
+        let density = weights.iter().map(|&w| (f64::from(w) * scale) as f32).collect();
+        Self::Map(Box::new(SkyMap { width, height, rgb, turn, cells_x, cells_y, density, rows, columns }))
+    }
+
+    /// Radiance from the unit direction `d`.
+    #[inline]
+    #[must_use]
+    pub fn radiance(&self, d: Vec3) -> Vec3 {
+        match self {
+            Self::Constant(radiance) => *radiance,
+            Self::Map(map) => map.lookup(map.uv(d)),
+        }
+    }
+
+    /// Radiance from `d` and the density of [`Self::sample`] there.
+    #[inline]
+    #[must_use]
+    pub fn radiance_and_pdf(&self, d: Vec3) -> (Vec3, f32) {
+        match self {
+            Self::Constant(radiance) => (*radiance, 0.25 / PI),
+            Self::Map(map) => {
+                let uv = map.uv(d);
+                let sin_theta = (1.0 - d.y * d.y).max(0.0).sqrt();
+                (map.lookup(uv), map.pdf(uv, sin_theta))
+            }
+        }
+    }
+
+    /// A direction with density roughly proportional to radiance; `None` from a
+    /// black sky.
+    #[inline]
+    #[must_use]
+    pub fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        match self {
+            Self::Constant(radiance) => {
+                if radiance.max_element() <= 0.0 {
+                    return None;
+                }
+                let y = 1.0 - 2.0 * u[0];
+                let (sin, cos) = sin_cos(2.0 * PI * u[1]);
+                let r = (1.0 - y * y).max(0.0).sqrt();
+                Some(SkySample { wi: Vec3::new(r * cos, y, r * sin), radiance: *radiance, pdf: 0.25 / PI })
+            }
+            Self::Map(map) => map.sample(u),
+        }
+    }
+}
+
+impl SkyMap {
+    // u = 0.5 + azimuth from -z towards +x, v = angle from the zenith.
+    #[inline]
+    fn uv(&self, d: Vec3) -> [f32; 2] {
+        let u = 0.5 + atan2(d.x, -d.z) * (0.5 / PI) - self.turn;
+        let u = if u < 0.0 { u + 1.0 } else { u };
+        [if u < 1.0 { u } else { 0.0 }, acos(d.y.clamp(-1.0, 1.0)) * (1.0 / PI)]
+    }
+
+    #[inline]
+    fn lookup(&self, uv: [f32; 2]) -> Vec3 {
+        let x = uv[0] * self.width as f32 - 0.5;
+        let y = (uv[1] * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
+        // x is at least -0.5: shifted by one it truncates downwards.
+        let (column, row) = ((x + 1.0) as usize, y as usize);
+        let (fx, fy) = (x + 1.0 - column as f32, y - row as f32);
+        // `column` is the right neighbour here; the left one is before it.
+        let left = if column == 0 { self.width - 1 } else { (column - 1).min(self.width - 1) };
+        let right = if column >= self.width { 0 } else { column };
+        let below = (row + 1).min(self.height - 1);
+        let texel = |x: usize, y: usize| Vec3::from_array(self.rgb[y * self.width + x]);
+        let top = texel(left, row) * (1.0 - fx) + texel(right, row) * fx;
+        let bottom = texel(left, below) * (1.0 - fx) + texel(right, below) * fx;
+        top * (1.0 - fy) + bottom * fy
+    }
+
+    #[inline]
+    fn pdf(&self, uv: [f32; 2], sin_theta: f32) -> f32 {
+        let x = ((uv[0] * self.cells_x as f32) as usize).min(self.cells_x - 1);
+        let y = ((uv[1] * self.cells_y as f32) as usize).min(self.cells_y - 1);
+        if sin_theta > 0.0 { self.density[y * self.cells_x + x] / (2.0 * PI * PI * sin_theta) } else { 0.0 }
+    }
+
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        let (row, rest_v) = self.rows.as_ref()?.sample(u[0]);
+        let (column, rest_u) = self.columns[row as usize].as_ref()?.sample(u[1]);
+        let v = (row as f32 + rest_v) / self.cells_y as f32;
+        let uv = [(column as f32 + rest_u) / self.cells_x as f32, v];
+        let (sin_theta, cos_theta) = sin_cos(PI * v);
+        let turned = uv[0] + self.turn;
+        let turned = if turned >= 1.0 { turned - 1.0 } else { turned };
+        let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (turned - 0.5));
+        let wi = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+        let density = self.density[row as usize * self.cells_x + column as usize];
+        if sin_theta <= 0.0 || density <= 0.0 {
+            return None;
+        }
+        Some(SkySample { wi, radiance: self.lookup(uv), pdf: density / (2.0 * PI * PI * sin_theta) })
+    }
+}
+
+// The integral of the interpolated luminance over each cell, up to a common
+// factor. A texel's footprint sees its neighbours with weights (1, 6, 1) / 8 along
+// each axis (the integral of the bilinear hat), so a cell has weight 0 only if the
+// interpolated map is black all over it: no light is ever missed.
+fn cell_weights(width: usize, height: usize, rgb: &[[f32; 3]]) -> (usize, usize, Vec<f32>) {
+    let block = (1..).find(|b| width.div_ceil(*b) * height.div_ceil(*b) <= CELLS_MAX && width % b == 0 && height % b == 0);
+    // A block that does not divide the map is not worth the trouble: use texels.
+    let block = block.filter(|&b| b <= 64).unwrap_or(1);
+    let (cells_x, cells_y) = (width / block, height / block);
+    // The brightest channel: no colour may go unseen.
+    let light: Vec<f32> = rgb.iter().map(|c| c[0].max(c[1]).max(c[2])).collect();
+    let mut weights = vec![0.0f32; cells_x * cells_y];
+    for y in 0..height {
+        let sin_theta = libm::sin(std::f64::consts::PI * (y as f64 + 0.5) / height as f64) as f32;
+        let rows = [(y.saturating_sub(1), 0.125f32), (y, 0.75), ((y + 1).min(height - 1), 0.125)];
+        for x in 0..width {
+            let columns = [((x + width - 1) % width, 0.125f32), (x, 0.75), ((x + 1) % width, 0.125)];
+            let mut sum = 0.0;
+            for (row, wy) in rows {
+                for (column, wx) in columns {
+                    sum += light[row * width + column] * (wx * wy);
+                }
+            }
+            weights[y / block * cells_x + x / block] += sum * sin_theta;
+        }
+    }
+    (cells_x, cells_y, weights)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::hash::u32_to_unit;
+    use crate::sampler::sobol4_owen;
+
+    fn draws(n: u32) -> impl Iterator<Item = [f32; 2]> {
+        (0..n).map(|i| sobol4_owen(i, 11, 12).map(u32_to_unit)).map(|u| [u[0], u[1]])
+    }
+
+    // Irradiance on a plane that faces up, by sampling the sky.
+    fn irradiance(sky: &SkyLight, n: u32) -> f64 {
+        let light = |u| sky.sample(u).map_or(0.0, |s| f64::from(s.radiance.x * s.wi.y.max(0.0) / s.pdf));
+        draws(n).map(light).sum::<f64>() / f64::from(n)
+    }
+
+    #[test]
+    fn constant_map_gives_pi() {
+        let map = SkyLight::map(64, 32, vec![[1.0; 3]; 64 * 32], 0.0);
+        for sky in [map, SkyLight::Constant(Vec3::ONE)] {
+            assert!((irradiance(&sky, 1 << 16) / std::f64::consts::PI - 1.0).abs() < 1e-3);
+        }
+    }
+
+    // One texel of a 4096 x 2048 map: E = L Omega cos, found from the first
+    // sample on by next event estimation alone, though the lookup is bilinear.
+    #[test]
+    fn a_single_hot_texel_is_found() {
+        let (width, height, row) = (4096usize, 2048usize, 512usize);
+        let mut rgb = vec![[0.0f32; 3]; width * height];
+        rgb[row * width + 1000] = [1e6; 3];
+        let theta = std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
+        let omega = 2.0 * std::f64::consts::PI / width as f64 * (std::f64::consts::PI / height as f64) * libm::sin(theta);
+        let sky = SkyLight::map(width, height, rgb, 123.0);
+        let measured = irradiance(&sky, 1 << 18);
+        let expected = 1e6 * omega * libm::cos(theta);
+        assert!((measured / expected - 1.0).abs() < 0.01, "{measured} against {expected}");
+    }
+
+    #[test]
+    fn a_black_map_is_never_sampled() {
+        let sky = SkyLight::map(8, 4, vec![[0.0; 3]; 32], 0.0);
+        assert!(draws(64).all(|u| sky.sample(u).is_none()));
+        let (radiance, pdf) = sky.radiance_and_pdf(Vec3::Y);
+        assert_eq!((radiance, pdf), (Vec3::ZERO, 0.0));
+    }
+
+    // The density that `sample` states is the one that `radiance_and_pdf` gives
+    // for the same direction, and the directions agree with the map's layout.
+    #[test]
+    fn sample_and_pdf_agree() {
+        let (width, height) = (32usize, 16usize);
+        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [0.1 + (i * 37 % 101) as f32; 3]).collect();
+        let sky = SkyLight::map(width, height, rgb, 77.0);
+        let mut agreed = 0;
+        for u in draws(4096) {
+            let s = sky.sample(u).expect("light everywhere");
+            let (radiance, pdf) = sky.radiance_and_pdf(s.wi);
+            // On the border of two cells rounding may choose the other one.
+            agreed += u32::from((pdf / s.pdf - 1.0).abs() < 1e-3 && (radiance - s.radiance).abs().max_element() < 0.05);
+        }
+        assert!(agreed > 4070, "{agreed} of 4096");
+    }
+
+    // Chi-square of the sampled cells against pdf times solid angle, at 0.001.
+    #[test]
+    fn sampled_directions_follow_the_density() {
+        let (width, height) = (16usize, 8usize);
+        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [if i % 7 == 0 { 20.0 } else { 0.2 }; 3]).collect();
+        let sky = SkyLight::map(width, height, rgb, 0.0);
+        let SkyLight::Map(map) = &sky else { unreachable!("a map") };
+        let (n, mut counts) = (1u32 << 18, vec![0u32; width * height]);
+        for i in 0..n {
+            let u = [crate::math::hash::mix32(2 * i), crate::math::hash::mix32(2 * i + 1)].map(u32_to_unit);
+            let uv = map.uv(map.sample(u).expect("light").wi);
+            counts[(uv[1] * 8.0) as usize * width + (uv[0] * 16.0) as usize] += 1;
+        }
+        let chi: f64 = counts.iter().zip(&map.density).map(|(&count, &density)| {
+            let expected = f64::from(density) / 128.0 * f64::from(n);
+            (f64::from(count) - expected) * (f64::from(count) - expected) / expected
+        }).sum();
+        // 127 degrees of freedom: mean 127, the 0.999 quantile is 181.
+        assert!(chi < 181.0, "{chi}");
+    }
+
+    #[test]
+    fn the_middle_column_looks_along_minus_z_and_columns_grow_to_plus_x() {
+        let (width, height) = (64usize, 32usize);
+        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [(i % width) as f32, (i / width) as f32, 0.0]).collect();
+        let sky = SkyLight::map(width, height, rgb, 0.0);
+        let ahead = sky.radiance(Vec3::NEG_Z);
+        assert!((ahead.x - 31.5).abs() < 1e-3 && (ahead.y - 15.5).abs() < 1e-3, "{ahead}");
+        assert!(sky.radiance(Vec3::new(0.5, 0.0, -1.0).normalize()).x > 32.0);
+        assert!(sky.radiance(Vec3::new(0.0, 0.5, -1.0).normalize()).y < 15.0);
+    }
+}
