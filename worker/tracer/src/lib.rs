@@ -1,1 +1,2 @@
 //! The path tracer: scene in, exact sums out.
+pub mod math;
