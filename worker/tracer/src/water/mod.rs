@@ -30,7 +30,7 @@ pub struct Sea {
 
 /// What the tracer needs to know of a point of the surface.
 #[derive(Clone, Copy, Debug)]
-pub struct SurfacePoint {
+pub struct WaterPoint {
     /// dh/dx and dh/dz.
     pub slope: Vec2,
     /// GGX alpha of what is finer than the footprint.
@@ -67,10 +67,10 @@ impl Sea {
     /// lobe of alpha^2 = 2 s^2 (Walter et al. 2007), to which GGX is matched.
     #[inline]
     #[must_use]
-    pub fn at(&self, x: f32, z: f32, time_s: f32, footprint_m: f32) -> SurfacePoint {
+    pub fn at(&self, x: f32, z: f32, time_s: f32, footprint_m: f32) -> WaterPoint {
         let tile = Vec2::new(x, z) * self.per_metre + self.origin - self.drift * time_s;
         let Slopes { slope, variance } = self.slopes.lookup(tile, footprint_m * self.per_metre);
-        SurfacePoint { slope, alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0) }
+        WaterPoint { slope, alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0) }
     }
 }
 

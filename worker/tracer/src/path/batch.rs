@@ -1,0 +1,242 @@
+//! Eight paths of one pixel, advanced together: camera rays and first sun rays
+//! are coherent and go in packets; everything later goes one by one.
+
+use super::direct::{ShadowRay, sample_sky, sample_sun};
+use super::escape::{Choice, escaped_radiance};
+use super::interaction::{Interaction, interaction};
+use crate::geometry::{Hit, Occlusion, Ray};
+use crate::math::elementary::exp;
+use crate::sampler::SampleStream;
+use crate::scene::Scene;
+use glam::Vec3;
+use shearwater_shared::film::FEATURE_CHANNELS;
+use shearwater_shared::limits::PATH_DEPTH_MAX;
+
+/// Paths of a batch: the width of a ray packet.
+pub const LANES: usize = 8;
+
+/// Scatterings before Russian roulette begins.
+const ROULETTE_FROM: u32 = 1;
+/// Least chance to survive, so that no survivor's weight explodes.
+const SURVIVAL_MIN: f32 = 0.05;
+/// Widest angle of a ray cone after scattering, in radians.
+const CONE_ANGLE_MAX: f32 = 0.5;
+
+/// What one path found.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct PathResult {
+    /// Radiance, linear RGB.
+    pub radiance: Vec3,
+    /// Features of the first hit, as in [`shearwater_shared::film::TileSums`].
+    pub features: [f32; FEATURE_CHANNELS],
+    /// The path ended at the safety cap on its depth.
+    pub depth_capped: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Path {
+    ray: Ray,
+    stream: SampleStream,
+    throughput: Vec3,
+    time_s: f32,
+    choice: Choice,
+    /// Width of the ray's cone at its origin in metres, and its angle.
+    cone_m: f32,
+    cone_rad: f32,
+    alive: bool,
+}
+
+/// Trace the samples `indices` (at most [`LANES`]) of pixel (x, y). `PARTICLES`
+/// says whether the scene has semi-opaque particles.
+pub fn trace_batch<const PARTICLES: bool>(
+    scene: &Scene,
+    x: u32,
+    y: u32,
+    streams: &[SampleStream],
+    results: &mut [PathResult; LANES],
+) {
+    let Some(&first) = streams.first() else { return };
+    // Lanes beyond the last sample repeat the first and are thrown away.
+    let mut paths: [Path; LANES] = std::array::from_fn(|i| camera_path(scene, x, y, *streams.get(i).unwrap_or(&first)));
+    *results = [PathResult::default(); LANES];
+    for path in &mut paths[streams.len().min(LANES)..] {
+        path.alive = false;
+    }
+    let hits = camera_hits::<PARTICLES>(scene, &paths);
+    let mut sun_rays: [Option<ShadowRay>; LANES] = [None; LANES];
+    for lane in 0..LANES {
+        if paths[lane].alive {
+            sun_rays[lane] = first_vertex::<PARTICLES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
+        }
+    }
+    sun_packet::<PARTICLES>(scene, &sun_rays, results);
+    for (path, result) in paths.iter_mut().zip(results) {
+        finish::<PARTICLES>(scene, path, result);
+    }
+}
+
+#[inline]
+fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
+    let [dx, dy, time, _] = stream.camera();
+    let lens = if scene.camera.has_lens() { stream.lens() } else { [0.0; 4] };
+    let (o, d) = scene.camera.ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
+    Path {
+        ray: Ray::new(o, d),
+        stream,
+        throughput: Vec3::ONE,
+        time_s: scene.camera.time_s(time),
+        choice: Choice::ALONE,
+        cone_m: 0.0,
+        cone_rad: scene.camera.pixel_angle_rad,
+        alive: true,
+    }
+}
+
+#[inline]
+fn camera_hits<const PARTICLES: bool>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
+    let rays = paths.map(|p| p.ray);
+    let keys = paths.map(|p| p.stream.segment_key(0));
+    scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
+}
+
+// The first vertex: features, the sky's shadow ray at once, the sun's for the
+// packet.
+#[inline]
+fn first_vertex<const PARTICLES: bool>(
+    scene: &Scene,
+    path: &mut Path,
+    hit: Option<Hit>,
+    result: &mut PathResult,
+) -> Option<ShadowRay> {
+    let Some(hit) = hit else {
+        result.radiance = escaped_radiance(scene, path.ray.d, path.choice);
+        path.alive = false;
+        return None;
+    };
+    let at = interact(scene, path, &hit);
+    let (albedo, normal) = (at.bsdf.albedo(), at.frame.normal);
+    result.features = [albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0];
+    let (sun, sky) = light_rays(scene, path, &at, 0);
+    add_if_seen::<PARTICLES>(scene, sky, result);
+    scatter(scene, path, &at, 0);
+    sun
+}
+
+#[inline]
+fn sun_packet<const PARTICLES: bool>(
+    scene: &Scene,
+    sun_rays: &[Option<ShadowRay>; LANES],
+    results: &mut [PathResult; LANES],
+) {
+    // A packet pays from two rays on; the empty lanes repeat a ray.
+    let Some(some) = sun_rays.iter().flatten().next() else { return };
+    if sun_rays.iter().flatten().count() == 1 {
+        for (ray, result) in sun_rays.iter().zip(results) {
+            add_if_seen::<PARTICLES>(scene, *ray, result);
+        }
+        return;
+    }
+    let rays = sun_rays.map(|r| r.map_or(some.ray, |r| r.ray));
+    let seen = scene.geometry.transmittance8::<PARTICLES>(&rays);
+    for lane in 0..LANES {
+        if let Some(shadow) = sun_rays[lane] {
+            results[lane].radiance += shadow.contribution * transmittance(seen[lane]);
+        }
+    }
+}
+
+// Everything after the first vertex of one path.
+fn finish<const PARTICLES: bool>(scene: &Scene, path: &mut Path, result: &mut PathResult) {
+    let mut depth = 1;
+    while path.alive {
+        let key = path.stream.segment_key(depth);
+        let Some(hit) = scene.geometry.intersect::<PARTICLES>(&path.ray, key) else {
+            result.radiance += path.throughput * escaped_radiance(scene, path.ray.d, path.choice);
+            return;
+        };
+        if depth >= PATH_DEPTH_MAX {
+            result.depth_capped = true;
+            return;
+        }
+        let at = interact(scene, path, &hit);
+        let (sun, sky) = light_rays(scene, path, &at, depth);
+        add_if_seen::<PARTICLES>(scene, sun, result);
+        add_if_seen::<PARTICLES>(scene, sky, result);
+        scatter(scene, path, &at, depth);
+        depth += 1;
+    }
+}
+
+#[inline]
+fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Interaction {
+    path.cone_m += path.cone_rad * hit.t;
+    interaction(scene, &path.ray, hit, path.time_s, path.cone_m)
+}
+
+#[inline]
+fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (Option<ShadowRay>, Option<ShadowRay>) {
+    // A perfect mirror has no density that light sampling could hit.
+    let sampled = !at.bsdf.is_delta();
+    path.choice.sun_sampled = sampled && scene.sun.is_some();
+    path.choice.sky_sampled = sampled && scene.sky.is_some() && at.bsdf.is_rough();
+    if !sampled {
+        return (None, None);
+    }
+    let u = path.stream.lights(depth);
+    let sun = if path.choice.sun_sampled { sample_sun(scene, at, path.throughput, [u[0], u[1]]) } else { None };
+    let sky = if path.choice.sky_sampled { sample_sky(scene, at, path.throughput, [u[2], u[3]]) } else { None };
+    (sun, sky)
+}
+
+#[inline]
+fn add_if_seen<const PARTICLES: bool>(scene: &Scene, shadow: Option<ShadowRay>, result: &mut PathResult) {
+    if let Some(shadow) = shadow {
+        let occlusion = scene.geometry.transmittance_depth::<PARTICLES>(&shadow.ray);
+        result.radiance += shadow.contribution * transmittance(occlusion);
+    }
+}
+
+#[inline]
+fn transmittance(occlusion: Occlusion) -> f32 {
+    if occlusion.is_blocked() {
+        0.0
+    } else if occlusion == Occlusion::CLEAR {
+        1.0
+    } else {
+        exp(occlusion.depth() as f32 * (-1.0 / crate::geometry::OPTICAL_DEPTH_SCALE))
+    }
+}
+
+// The next direction of the path, or its end.
+#[inline]
+fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
+    let u = path.stream.scatter(depth);
+    path.alive = false;
+    let Some(sample) = at.bsdf.sample(&scene.tables, at.wo_local, [u[0], u[1], u[2]]) else { return };
+    let wi = at.frame.to_world(sample.wi);
+    // Under the surface itself there is nothing to be lit by.
+    if wi.dot(at.n_geometric) <= 0.0 {
+        return;
+    }
+    path.throughput *= sample.weight;
+    let strongest = path.throughput.max_element();
+    if !(strongest > 0.0) {
+        return;
+    }
+    if depth >= ROULETTE_FROM {
+        let survival = strongest.clamp(SURVIVAL_MIN, 1.0);
+        if u[3] >= survival {
+            return;
+        }
+        path.throughput /= survival;
+    }
+    path.choice.pdf = sample.pdf;
+    if sample.delta {
+        path.choice = Choice::ALONE;
+    } else {
+        // The solid angle 1 / pdf of a lobe is a cone of angle 1 / sqrt(pi pdf).
+        path.cone_rad = path.cone_rad.max((0.25 / sample.pdf.max(1e-6)).sqrt()).min(CONE_ANGLE_MAX);
+    }
+    path.ray = Ray::new(at.point.origin_towards(wi), wi.normalize());
+    path.alive = true;
+}

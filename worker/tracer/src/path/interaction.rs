@@ -1,0 +1,42 @@
+//! From a hit to a place where light scatters.
+
+use crate::bsdf::Bsdf;
+use crate::bsdf::shading_frame::bend_normal;
+use crate::geometry::{Hit, HitKind, Ray, SurfacePoint};
+use crate::math::frame::Frame;
+use crate::scene::Scene;
+use glam::Vec3;
+
+/// A point where light scatters, seen from `wo`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Interaction {
+    /// Where, with error bounds and the surface's own normal.
+    pub point: SurfacePoint,
+    /// The surface's own normal, on the side of `wo`.
+    pub n_geometric: Vec3,
+    /// Shading frame, its normal on the side of `wo`.
+    pub frame: Frame,
+    /// `wo` in the shading frame.
+    pub wo_local: Vec3,
+    /// How it scatters.
+    pub bsdf: Bsdf,
+}
+
+/// What lies at a hit, for a ray that is `footprint_m` wide there.
+#[inline]
+pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, time_s: f32, footprint_m: f32) -> Interaction {
+    let point = scene.geometry.surface_point(ray, hit);
+    let wo = -ray.d;
+    let (n_shading, bsdf) = match hit.kind {
+        HitKind::Triangle { instance, prim, u, v } => scene.surface(instance, prim, u, v, point.n_geometric),
+        HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
+        HitKind::Water => scene.water_surface(point.p, time_s, footprint_m),
+    };
+    let facing = |n: Vec3| if n.dot(wo) < 0.0 { -n } else { n };
+    let n_geometric = facing(point.n_geometric);
+    // A shading normal belongs to the side of the surface that is seen.
+    let n_shading = if n_shading.dot(n_geometric) < 0.0 { -n_shading } else { n_shading };
+    let bent = if n_shading == n_geometric { n_shading } else { bend_normal(wo, n_shading, n_geometric) };
+    let frame = Frame::from_normal(bent);
+    Interaction { point, n_geometric, frame, wo_local: frame.to_local(wo), bsdf }
+}

@@ -1,0 +1,8 @@
+//! Paths: light carried from the scene to the pixels.
+
+mod batch;
+mod direct;
+mod escape;
+mod interaction;
+
+pub use batch::{LANES, PathResult, trace_batch};

@@ -1,0 +1,94 @@
+//! One run: the samples of a tile, summed exactly.
+
+use crate::path::{LANES, PathResult, trace_batch};
+use crate::sampler::PixelSampler;
+use crate::scene::Scene;
+use shearwater_shared::film::{
+    BadSample, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half, fixed_from_f32, rgb_to_fixed,
+};
+use shearwater_shared::plan::TileRect;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Render the samples `samples` of each half over `rect`, on the calling thread.
+/// `None` when `cancel` was set meanwhile (looked at once per row of pixels).
+///
+/// The sums are a function of scene, pixels and sample indices alone.
+#[must_use]
+pub fn render_run(scene: &Scene, rect: &TileRect, samples: Range<u32>, cancel: &AtomicBool) -> Option<TileSums> {
+    let mut sums = TileSums::zero(rect.pixels(), &samples);
+    for row in 0..rect.height {
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        for column in 0..rect.width {
+            let pixel = (row * rect.width + column) as usize;
+            let at = (rect.x0 + column, rect.y0 + row);
+            for half in Half::BOTH {
+                if scene.has_particles() {
+                    render_pixel::<true>(scene, at, half, samples.clone(), pixel, &mut sums);
+                } else {
+                    render_pixel::<false>(scene, at, half, samples.clone(), pixel, &mut sums);
+                }
+            }
+        }
+    }
+    Some(sums)
+}
+
+fn render_pixel<const PARTICLES: bool>(
+    scene: &Scene,
+    (x, y): (u32, u32),
+    half: Half,
+    samples: Range<u32>,
+    pixel: usize,
+    sums: &mut TileSums,
+) {
+    let sampler = PixelSampler::new(scene.seed, scene.frame, half, x, y);
+    let with_features = samples.start + feature_samples_of_half(&samples);
+    let mut results = [PathResult::default(); LANES];
+    let mut index = samples.start;
+    while index < samples.end {
+        let count = (samples.end - index).min(LANES as u32) as usize;
+        let streams: [_; LANES] = std::array::from_fn(|i| sampler.sample(index + i as u32));
+        trace_batch::<PARTICLES>(scene, x, y, &streams[..count], &mut results);
+        for (result, index) in results[..count].iter().zip(index..) {
+            add_radiance(sums, pixel, half, result, BadPlace { x, y, index });
+            if index < with_features {
+                add_features(sums, pixel, result);
+            }
+        }
+        index += count as u32;
+    }
+}
+
+struct BadPlace {
+    x: u32,
+    y: u32,
+    index: u32,
+}
+
+#[inline]
+fn add_radiance(sums: &mut TileSums, pixel: usize, half: Half, result: &PathResult, place: BadPlace) {
+    sums.depth_cap_hits += u64::from(result.depth_capped);
+    match rgb_to_fixed(result.radiance.to_array()) {
+        Ok(rgb) => {
+            let sum = &mut sums.radiance[half.index()][3 * pixel..3 * pixel + 3];
+            for (sum, value) in sum.iter_mut().zip(rgb) {
+                *sum += value;
+            }
+        }
+        Err(cause) => {
+            let BadPlace { x, y, index } = place;
+            sums.bad.record(BadSample { x, y, half, index, cause });
+        }
+    }
+}
+
+#[inline]
+fn add_features(sums: &mut TileSums, pixel: usize, result: &PathResult) {
+    let sum = &mut sums.features[FEATURE_CHANNELS * pixel..FEATURE_CHANNELS * (pixel + 1)];
+    for (sum, value) in sum.iter_mut().zip(result.features) {
+        *sum += fixed_from_f32(value);
+    }
+}

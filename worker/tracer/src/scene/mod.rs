@@ -1,0 +1,109 @@
+//! A built scene: everything that a sample reads.
+
+mod build;
+mod material;
+mod transform;
+
+pub use build::{Assets, BuildOptions, BuildReport};
+
+use crate::bsdf::{Bsdf, Tables};
+use crate::camera::Camera;
+use crate::geometry::Geometry;
+use crate::light::{SkyLight, SunLight};
+use crate::load::Texture;
+use crate::water::Sea;
+use glam::{Vec2, Vec3};
+use material::SurfaceMaterial;
+
+/// A scene, built and ready to render. Render space has the camera at its origin
+/// (so that 32-bit floats are finest where the picture is) and the axes of the
+/// scene.
+pub struct Scene {
+    pub(crate) geometry: Geometry,
+    pub(crate) camera: Camera,
+    pub(crate) sky: Option<SkyLight>,
+    pub(crate) sun: Option<SunLight>,
+    pub(crate) tables: Tables,
+    pub(crate) seed: u64,
+    pub(crate) frame: u32,
+    shading: Vec<MeshShading>,
+    instances: Vec<InstanceShading>,
+    materials: Vec<SurfaceMaterial>,
+    textures: Vec<Texture>,
+    sea: Option<Sea>,
+    /// Albedo of each cloud's particles, and the cloud of each particle.
+    cloud_albedo: Vec<Vec3>,
+    particle_cloud: Vec<u16>,
+}
+
+/// What shading needs of a mesh, by triangle.
+struct MeshShading {
+    triangles: Vec<[u32; 3]>,
+    /// Per vertex, unit; empty when every triangle is flat.
+    normals: Vec<Vec3>,
+    /// Per vertex; empty when the mesh has none.
+    uvs: Vec<Vec2>,
+    /// Per triangle: number of its material within the mesh.
+    material_of: Vec<u16>,
+}
+
+struct InstanceShading {
+    mesh: u32,
+    /// Material of the scene for each material of the mesh.
+    materials: Vec<u32>,
+    /// Takes normals from mesh to render space; not normalised.
+    normal_from_local: glam::Mat3,
+}
+
+impl Scene {
+    /// Whether rays can meet semi-opaque particles.
+    #[must_use]
+    pub fn has_particles(&self) -> bool {
+        !self.particle_cloud.is_empty()
+    }
+
+    /// Shading normal (either side) and scattering at a point of a triangle.
+    #[inline]
+    pub(crate) fn surface(&self, instance: u32, prim: u32, u: f32, v: f32, n_geometric: Vec3) -> (Vec3, Bsdf) {
+        let placed = &self.instances[instance as usize];
+        let mesh = &self.shading[placed.mesh as usize];
+        let corners = mesh.triangles[prim as usize].map(|i| i as usize);
+        let w = 1.0 - u - v;
+        let normal = if mesh.normals.is_empty() {
+            n_geometric
+        } else {
+            let local = mesh.normals[corners[0]] * w + mesh.normals[corners[1]] * u + mesh.normals[corners[2]] * v;
+            (placed.normal_from_local * local).try_normalize().unwrap_or(n_geometric)
+        };
+        let number = placed.materials[mesh.material_of[prim as usize] as usize];
+        let material = &self.materials[number as usize];
+        let tint = match material.texture {
+            Some(texture) if !mesh.uvs.is_empty() => {
+                let uv = mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
+                self.textures[texture as usize].rgb(uv.x, uv.y)
+            }
+            _ => Vec3::ONE,
+        };
+        (normal, material.bsdf(tint))
+    }
+
+    /// Scattering of a particle.
+    #[inline]
+    pub(crate) fn particle_bsdf(&self, prim: u32) -> Bsdf {
+        Bsdf::Lambert { albedo: self.cloud_albedo[usize::from(self.particle_cloud[prim as usize])] }
+    }
+
+    /// Shading normal and scattering of the water at `p`, for a ray that is
+    /// `footprint_m` wide there.
+    #[inline]
+    pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
+        match &self.sea {
+            Some(sea) => {
+                let point = sea.at(p.x, p.z, time_s, footprint_m);
+                let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
+                (normal, sea.bsdf(point.alpha))
+            }
+            None => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),
+        }
+    }
+}
