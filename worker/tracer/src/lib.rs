@@ -1,2 +1,3 @@
 //! The path tracer: scene in, exact sums out.
+pub mod bsdf;
 pub mod math;
