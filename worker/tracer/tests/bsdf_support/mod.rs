@@ -3,6 +3,8 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 #![allow(unreachable_pub, reason = "a module of several test binaries")]
 
+pub mod quadrature;
+
 use glam::Vec3;
 use shearwater_tracer::math::hash::{mix64, u32_to_unit};
 

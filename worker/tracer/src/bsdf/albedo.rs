@@ -1,0 +1,151 @@
+//! Directional albedo of a GGX interface, by quadrature and as a grid.
+
+use glam::Vec3;
+
+use super::microfacet::{MIRROR_ALPHA_MAX, reflect, sample_visible_normal, smith_length};
+
+/// Rows, over alpha in [0, 1].
+const ALPHA_NODES: usize = 32;
+/// Columns, over mu in [0, 1].
+const MU_NODES: usize = 64;
+
+/// Lattice points per entry and the lattice's generator: two Fibonacci numbers,
+/// which spread the points evenly over the square. The interpolated albedo is
+/// then within 1e-3 or so for alpha >= 0.01.
+const LATTICE_POINTS: u32 = 377;
+const LATTICE_STEP: u32 = 144;
+
+/// A position between two rows of a grid; depends on alpha only.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct AlphaRow {
+    index: u16,
+    blend: f32,
+}
+
+impl AlphaRow {
+    /// The place of alpha in [0, 1] (clamped).
+    #[inline]
+    pub(super) fn new(alpha: f32) -> Self {
+        let place = alpha.clamp(0.0, 1.0).sqrt().sqrt() * (ALPHA_NODES - 1) as f32;
+        let index = (place as usize).min(ALPHA_NODES - 2);
+        Self {
+            index: index as u16,
+            blend: place - index as f32,
+        }
+    }
+
+    /// The roughness of row `index`.
+    fn alpha_of(index: usize) -> f32 {
+        let root = index as f32 / (ALPHA_NODES - 1) as f32;
+        (root * root) * (root * root)
+    }
+}
+
+/// N functions of (mu, alpha) in [0, 1]^2, and their cosine-weighted means over
+/// the hemisphere. Rows are spaced evenly in alpha^(1/4) and columns in
+/// sqrt(mu), because albedos change fastest where both are small.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct AlbedoGrid<const N: usize> {
+    values: Vec<[f32; N]>,
+    averages: Vec<[f32; N]>,
+}
+
+impl<const N: usize> AlbedoGrid<N> {
+    /// The albedos under N Fresnel laws at once.
+    pub(super) fn fill(laws: impl Fn(f32) -> [f32; N]) -> Self {
+        let mut values = Vec::with_capacity(ALPHA_NODES * MU_NODES);
+        for row in 0..ALPHA_NODES {
+            let alpha = AlphaRow::alpha_of(row);
+            for column in 0..MU_NODES {
+                let t = column as f32 / (MU_NODES - 1) as f32;
+                let mu = t * t;
+                values.push(if alpha < MIRROR_ALPHA_MAX {
+                    laws(mu)
+                } else {
+                    directional_albedo(mu, alpha, &laws)
+                });
+            }
+        }
+        let averages = values.chunks(MU_NODES).map(average).collect();
+        Self { values, averages }
+    }
+
+    /// The values at cosine `mu`.
+    #[inline]
+    pub(super) fn at(&self, row: AlphaRow, mu: f32) -> [f32; N] {
+        let place = mu.clamp(0.0, 1.0).sqrt() * (MU_NODES - 1) as f32;
+        let column = (place as usize).min(MU_NODES - 2);
+        let blend = place - column as f32;
+        let start = usize::from(row.index) * MU_NODES + column;
+        // Always there: index <= ALPHA_NODES - 2.
+        let Some(near) = self.values.get(start..start + MU_NODES + 2) else {
+            return [0.0; N];
+        };
+        core::array::from_fn(|k| {
+            let low = near[0][k] + (near[1][k] - near[0][k]) * blend;
+            let high = near[MU_NODES][k] + (near[MU_NODES + 1][k] - near[MU_NODES][k]) * blend;
+            low + (high - low) * row.blend
+        })
+    }
+
+    /// The cosine-weighted means.
+    #[inline]
+    pub(super) fn average(&self, row: AlphaRow) -> [f32; N] {
+        let index = usize::from(row.index);
+        let Some(near) = self.averages.get(index..index + 2) else {
+            return [0.0; N];
+        };
+        core::array::from_fn(|k| near[0][k] + (near[1][k] - near[0][k]) * row.blend)
+    }
+}
+
+/// The mean over visible normals of Fresnel times G2/G1: what the interface
+/// reflects of the light at cosine `mu`.
+fn directional_albedo<const N: usize>(
+    mu: f32,
+    alpha: f32,
+    laws: &impl Fn(f32) -> [f32; N],
+) -> [f32; N] {
+    let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt(), 0.0, mu);
+    let length_o = smith_length(alpha, wo);
+    let scale = 1.0 / LATTICE_POINTS as f32;
+    let mut sums = [0.0f64; N];
+    for i in 0..LATTICE_POINTS {
+        // Graded towards the rim of the visible cap, where a smooth surface
+        // keeps the few normals that throw light below the horizon.
+        let v = 1.0 - (i as f32 + 0.5) * scale;
+        let around = (((i * LATTICE_STEP) % LATTICE_POINTS) as f32 + 0.5) * scale;
+        // Half the azimuths, by symmetry; they start at -45 degrees.
+        let h = sample_visible_normal(alpha, wo, [1.0 - v * v * v, 0.125 + 0.5 * around]);
+        let wi = reflect(wo, h);
+        if wi.z > 0.0 {
+            let length_i = smith_length(alpha, wi);
+            let shadowing = wi.z * (wo.z + length_o) / (wo.z * length_i + wi.z * length_o);
+            let weight = 3.0 * v * v * shadowing;
+            for (sum, f) in sums.iter_mut().zip(laws(wo.dot(h))) {
+                *sum += f64::from(weight * f);
+            }
+        }
+    }
+    sums.map(|sum| ((sum / f64::from(LATTICE_POINTS)) as f32).clamp(0.0, 1.0))
+}
+
+/// 2 * the integral of mu E(mu), exact for the interpolated E: the energy
+/// balance then closes whatever the table's error. With t = sqrt(mu) it is the
+/// integral of 4 t^3 E(t), E linear in each cell.
+fn average<const N: usize>(row: &[[f32; N]]) -> [f32; N] {
+    let last = (MU_NODES - 1) as f64;
+    let fourth = |t: f64| (t * t) * (t * t);
+    core::array::from_fn(|k| {
+        let mut sum = 0.0f64;
+        for (j, pair) in row.windows(2).enumerate() {
+            let (t0, t1) = (j as f64 / last, (j + 1) as f64 / last);
+            let (e0, e1) = (f64::from(pair[0][k]), f64::from(pair[1][k]));
+            let slope = (e1 - e0) * last;
+            let offset = e0 - slope * t0;
+            sum += offset * (fourth(t1) - fourth(t0))
+                + 0.8 * slope * (fourth(t1) * t1 - fourth(t0) * t0);
+        }
+        sum as f32
+    })
+}

@@ -1,0 +1,102 @@
+//! The modified Phong model (Lafortune and Willems 1994).
+
+use core::f32::consts::{FRAC_1_PI, PI};
+
+use glam::Vec3;
+
+use super::error::{check_color, check_range};
+use super::fresnel::luminance;
+use super::lobe::{above, mixture_sample, specular_probability};
+use super::{BsdfError, BsdfSample};
+use crate::math::elementary::{exp, expm1, ln, log1p};
+use crate::math::frame::Frame;
+use crate::math::warp::{azimuth, cosine_hemisphere};
+
+/// Largest exponent: a lobe of half width 0.02 degrees, below which f32
+/// directions are the lobe's grain.
+pub const EXPONENT_MAX: f32 = 1e7;
+/// kd + ks may exceed 1 by the rounding of decimal fractions.
+const ENERGY_SLACK: f32 = 1e-5;
+
+/// f = kd/pi + ks (n + 2)/(2 pi) cos^n of the angle to the mirror direction.
+/// Light is conserved (kd + ks <= 1), though the lobe loses what lies below the
+/// horizon: the specular albedo of a large n is cos(theta).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Phong {
+    /// Diffuse coefficient.
+    pub kd: Vec3,
+    /// Specular coefficient.
+    pub ks: Vec3,
+    /// n, at least 0.
+    pub exponent: f32,
+}
+
+impl Phong {
+    /// The material.
+    ///
+    /// # Errors
+    /// [`BsdfError`] if a coefficient leaves [0, 1], kd + ks exceeds 1 in a
+    /// channel, or n leaves [0, [`EXPONENT_MAX`]].
+    pub fn new(kd: Vec3, ks: Vec3, exponent: f32) -> Result<Self, BsdfError> {
+        check_color("kd", kd)?;
+        check_color("ks", ks)?;
+        check_range("exponent", exponent, 0.0, EXPONENT_MAX)?;
+        let sum = (kd + ks).max_element();
+        if sum > 1.0 + ENERGY_SLACK {
+            return Err(BsdfError::TooBright { sum });
+        }
+        Ok(Self { kd, ks, exponent })
+    }
+
+    #[inline]
+    fn specular_probability(&self) -> f32 {
+        specular_probability(luminance(self.ks), luminance(self.kd))
+    }
+
+    #[inline]
+    pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        if self.ks == Vec3::ZERO && self.kd == Vec3::ZERO {
+            return (Vec3::ZERO, 0.0);
+        }
+        let mirror = Vec3::new(-wo.x, -wo.y, wo.z);
+        // 1 - cos of the angle to the mirror direction, from the chord: the
+        // cosine itself has no digits left for a narrow lobe.
+        let q = 0.5 * (mirror - wi).length_squared();
+        let power = if q < 1.0 {
+            exp(self.exponent * log1p(-q))
+        } else {
+            0.0
+        };
+        let lobe = power / (2.0 * PI);
+        let value = self.kd * FRAC_1_PI + self.ks * ((self.exponent + 2.0) * lobe);
+        let probability = self.specular_probability();
+        let pdf =
+            probability * ((self.exponent + 1.0) * lobe) + (1.0 - probability) * FRAC_1_PI * wi.z;
+        (value * wi.z, pdf)
+    }
+
+    #[inline]
+    pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
+        let wi = if u[0] < self.specular_probability() {
+            // cos = v^(1/(n+1)), by way of 1 - cos.
+            let q = -expm1(ln(1.0 - u[1]) / (self.exponent + 1.0));
+            let sin = (q * (2.0 - q)).sqrt();
+            let (sin_phi, cos_phi) = azimuth(u[2]);
+            let mirror = Frame::from_normal(Vec3::new(-wo.x, -wo.y, wo.z));
+            mirror.to_world(Vec3::new(sin * cos_phi, sin * sin_phi, 1.0 - q))
+        } else {
+            cosine_hemisphere([u[1], u[2]])
+        };
+        // Part of the lobe lies below the horizon. Drawing again would change
+        // the density, so that part is absorbed.
+        if !above(wi) {
+            return None;
+        }
+        mixture_sample(wi, self.eval_pdf(wo, wi))
+    }
+
+    #[inline]
+    pub(super) fn roughness(&self) -> f32 {
+        (2.0 / (self.exponent + 2.0)).sqrt()
+    }
+}
