@@ -1,0 +1,86 @@
+//! A mesh placed in the world.
+
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+
+use super::mesh::TriMesh;
+use super::BuildError;
+
+/// World boxes are widened by this part of their largest coordinate, so that the
+/// roundings of the ray's way into mesh space cannot lose a triangle at the rim.
+const BOX_PAD: f64 = 1e-6;
+
+/// A mesh and where it stands: any invertible affine transform, mirrored or
+/// scaled unevenly too.
+#[derive(Clone, Debug)]
+pub struct Instance {
+    pub(super) mesh: u32,
+    pub(super) world_from_local: Affine3A,
+    pub(super) local_from_world: Affine3A,
+}
+
+impl Instance {
+    /// Places mesh number `mesh`.
+    ///
+    /// # Errors
+    /// A transform that is singular or not finite.
+    pub fn new(mesh: u32, world_from_local: Affine3A) -> Result<Self, BuildError> {
+        let wide = widen(&world_from_local);
+        let inverse = wide.inverse();
+        let local_from_world = Affine3A {
+            matrix3: inverse.matrix3.as_mat3().into(),
+            translation: inverse.translation.as_vec3().into(),
+        };
+        let det = wide.matrix3.determinant();
+        if !world_from_local.is_finite() || !local_from_world.is_finite() || det == 0.0 {
+            return Err(BuildError::SingularTransform { mesh });
+        }
+        Ok(Self { mesh, world_from_local, local_from_world })
+    }
+
+    /// Number of the mesh that is placed.
+    pub fn mesh(&self) -> u32 {
+        self.mesh
+    }
+
+    /// Mesh space to world space.
+    pub fn world_from_local(&self) -> &Affine3A {
+        &self.world_from_local
+    }
+
+    /// World space to mesh space.
+    pub fn local_from_world(&self) -> &Affine3A {
+        &self.local_from_world
+    }
+
+    /// World bounds of the mesh's finite vertices, a little wide; `None` if there
+    /// are none.
+    pub(super) fn world_bounds(&self, mesh: &TriMesh) -> Option<(Vec3, Vec3)> {
+        let transform = widen(&self.world_from_local);
+        let mut lo = DVec3::INFINITY;
+        let mut hi = DVec3::NEG_INFINITY;
+        for p in mesh.positions().iter().filter(|p| p.is_finite()) {
+            let p = transform.transform_point3(p.as_dvec3());
+            lo = lo.min(p);
+            hi = hi.max(p);
+        }
+        if !lo.cmple(hi).all() {
+            return None;
+        }
+        let origin = transform.translation.abs().max_element();
+        let pad = DVec3::splat(lo.abs().max(hi.abs()).max_element().max(origin) * BOX_PAD);
+        let largest = DVec3::splat(f64::from(f32::MAX));
+        let (lo, hi) = ((lo - pad).max(-largest), (hi + pad).min(largest));
+        Some((lo.as_vec3(), hi.as_vec3()))
+    }
+}
+
+fn widen(a: &Affine3A) -> DAffine3 {
+    DAffine3 {
+        matrix3: DMat3::from_cols(
+            a.matrix3.x_axis.as_dvec3(),
+            a.matrix3.y_axis.as_dvec3(),
+            a.matrix3.z_axis.as_dvec3(),
+        ),
+        translation: a.translation.as_dvec3(),
+    }
+}

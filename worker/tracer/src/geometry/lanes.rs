@@ -1,0 +1,155 @@
+//! Vectors of floats as the kernels see them: a trait with the few operations
+//! they need, and the portable implementation over arrays.
+//!
+//! Every operation is one IEEE 754 operation per lane, correctly rounded, never
+//! fused. Two backends that keep to that give the same bits, so the kernels are
+//! written once (`kernels`) and the wide copy lives in `simd`.
+
+use std::ops::{Add, Div, Mul, Sub};
+
+/// `N` floats that are worked on together.
+pub(super) trait Floats<const N: usize>:
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
+{
+    /// The answer of a comparison, lane by lane.
+    type Mask: LaneMask;
+
+    /// The same value in every lane.
+    fn splat(x: f32) -> Self;
+    /// Lane `i` is `a[i]`.
+    fn load(a: &[f32; N]) -> Self;
+    /// The lanes as an array.
+    fn store(self) -> [f32; N];
+    /// Correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// `self < other ? self : other`: a NaN on either side gives `other`.
+    fn min(self, other: Self) -> Self;
+    /// `self > other ? self : other`: a NaN on either side gives `other`.
+    fn max(self, other: Self) -> Self;
+    /// `self <= other`, false for NaN.
+    fn le(self, other: Self) -> Self::Mask;
+    /// `self < other`, false for NaN.
+    fn lt(self, other: Self) -> Self::Mask;
+}
+
+/// One truth value per lane.
+pub(super) trait LaneMask: Copy {
+    /// Lane-wise and.
+    fn and(self, other: Self) -> Self;
+    /// Lane-wise or.
+    fn or(self, other: Self) -> Self;
+    /// Bit `i` is lane `i`.
+    fn bits(self) -> u32;
+}
+
+/// A pair of vector types; the traversal is generic over it.
+pub(super) trait Backend {
+    /// Four lanes: a leaf's triangles.
+    type F4: Floats<4>;
+    /// Eight lanes: a node's children, a leaf's particles, a packet's rays.
+    type F8: Floats<8>;
+}
+
+/// Arrays and plain loops: any machine.
+pub(super) struct Portable;
+
+impl Backend for Portable {
+    type F4 = Array<4>;
+    type F8 = Array<8>;
+}
+
+/// The portable vector.
+#[derive(Clone, Copy)]
+pub(super) struct Array<const N: usize>([f32; N]);
+
+/// The portable mask, one bit per lane.
+#[derive(Clone, Copy)]
+pub(super) struct Bits(u32);
+
+impl LaneMask for Bits {
+    #[inline(always)]
+    fn and(self, other: Self) -> Self {
+        Self(self.0 & other.0)
+    }
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+macro_rules! array_operator {
+    ($trait:ident, $method:ident, $op:tt) => {
+        impl<const N: usize> $trait for Array<N> {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for (a, b) in self.0.iter_mut().zip(other.0) {
+                    *a = *a $op b;
+                }
+                self
+            }
+        }
+    };
+}
+array_operator!(Add, add, +);
+array_operator!(Sub, sub, -);
+array_operator!(Mul, mul, *);
+array_operator!(Div, div, /);
+
+impl<const N: usize> Floats<N> for Array<N> {
+    type Mask = Bits;
+
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; N])
+    }
+    #[inline(always)]
+    fn load(a: &[f32; N]) -> Self {
+        Self(*a)
+    }
+    #[inline(always)]
+    fn store(self) -> [f32; N] {
+        self.0
+    }
+    #[inline(always)]
+    fn sqrt(mut self) -> Self {
+        for a in &mut self.0 {
+            *a = a.sqrt();
+        }
+        self
+    }
+    #[inline(always)]
+    fn min(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a < b { *a } else { b };
+        }
+        self
+    }
+    #[inline(always)]
+    fn max(mut self, other: Self) -> Self {
+        for (a, b) in self.0.iter_mut().zip(other.0) {
+            *a = if *a > b { *a } else { b };
+        }
+        self
+    }
+    #[inline(always)]
+    fn le(self, other: Self) -> Bits {
+        let mut bits = 0;
+        for i in 0..N {
+            bits |= u32::from(self.0[i] <= other.0[i]) << i;
+        }
+        Bits(bits)
+    }
+    #[inline(always)]
+    fn lt(self, other: Self) -> Bits {
+        let mut bits = 0;
+        for i in 0..N {
+            bits |= u32::from(self.0[i] < other.0[i]) << i;
+        }
+        Bits(bits)
+    }
+}

@@ -1,0 +1,140 @@
+//! Everything a ray can meet, behind one set of queries.
+
+use glam::Vec3A;
+use obvhs::aabb::Aabb;
+
+use super::collapse::collapse;
+use super::instance::Instance;
+use super::mesh::TriMesh;
+use super::particles::Particles;
+use super::ray::{Hit, Occlusion, Ray, rank};
+use super::sah::{self, Splitter};
+use super::simd::{self, Path};
+use super::wide::{LEAF, Node8, WideTree};
+use super::BuildError;
+
+/// Meshes, where they stand, particles and water.
+pub struct Geometry {
+    pub(super) meshes: Vec<TriMesh>,
+    pub(super) instances: Vec<Instance>,
+    /// Leaves are instance numbers.
+    pub(super) top: WideTree,
+    pub(super) particles: Option<Particles>,
+    water_y: Option<f32>,
+    pub(super) path: Path,
+}
+
+impl Geometry {
+    /// Puts everything together. `water_y` is the height of an endless opaque
+    /// plane, metres.
+    ///
+    /// # Errors
+    /// An instance of an unknown mesh, too many instances, or a water height that
+    /// is not finite.
+    pub fn build(
+        meshes: Vec<TriMesh>,
+        instances: Vec<Instance>,
+        particles: Option<Particles>,
+        water_y: Option<f32>,
+    ) -> Result<Self, BuildError> {
+        if water_y.is_some_and(|y| !y.is_finite()) {
+            return Err(BuildError::WaterHeight);
+        }
+        if instances.len() >= rank::COUNT_MAX {
+            let count = instances.len();
+            return Err(BuildError::TooMany { what: "instances", count, limit: rank::COUNT_MAX });
+        }
+        let (boxes, owners) = instance_boxes(&meshes, &instances)?;
+        let top = match top_tree(&boxes, &owners, Splitter::Sah) {
+            Err(BuildError::TooDeep { .. }) => top_tree(&boxes, &owners, Splitter::Median)?,
+            other => other?,
+        };
+        Ok(Self { meshes, instances, top, particles, water_y, path: Path::detect() })
+    }
+
+    /// Runs all queries without AVX2, as on a machine that lacks it. The results
+    /// are the same bits; for tests and for comparison.
+    #[must_use]
+    pub fn without_avx2(mut self) -> Self {
+        self.path = Path::Portable;
+        self
+    }
+
+    /// The meshes, as given.
+    pub fn meshes(&self) -> &[TriMesh] {
+        &self.meshes
+    }
+
+    /// The instances, as given.
+    pub fn instances(&self) -> &[Instance] {
+        &self.instances
+    }
+
+    /// The particles, as given.
+    pub fn particles(&self) -> Option<&Particles> {
+        self.particles.as_ref()
+    }
+
+    /// Height of the water plane, metres.
+    pub fn water_y(&self) -> Option<f32> {
+        self.water_y
+    }
+
+    /// The closest hit at `0 < t < ray.t_max`. A particle's wall stops the ray with
+    /// the chance of its opacity, decided by a hash of `key`, particle and wall:
+    /// `key` must differ between samples and between the segments of a path. With
+    /// `PARTICLES` false, particles are ignored and cost nothing. A ray that is not
+    /// finite hits nothing.
+    #[inline]
+    pub fn intersect<const PARTICLES: bool>(&self, ray: &Ray, key: u64) -> Option<Hit> {
+        simd::intersect::<PARTICLES>(self, ray, key)
+    }
+
+    /// How much stands at `0 < t < ray.t_max`: triangles and water block, each
+    /// crossing of a particle's wall adds its optical depth. With `PARTICLES` false,
+    /// particles are ignored. A ray that is not finite is clear.
+    #[inline]
+    pub fn transmittance_depth<const PARTICLES: bool>(&self, ray: &Ray) -> Occlusion {
+        simd::transmittance::<PARTICLES>(self, ray)
+    }
+
+    /// Distance to the water plane, if the ray goes there.
+    #[inline(always)]
+    pub(super) fn water_distance(&self, ray: &Ray) -> Option<f32> {
+        let t = (self.water_y? - ray.o.y) / ray.d.y;
+        (t > 0.0 && t < ray.t_max).then_some(t)
+    }
+}
+
+/// World boxes of the instances that have any, and their numbers.
+fn instance_boxes(meshes: &[TriMesh], instances: &[Instance]) -> Result<(Vec<Aabb>, Vec<u32>), BuildError> {
+    let mut boxes = Vec::with_capacity(instances.len());
+    let mut owners = Vec::with_capacity(instances.len());
+    for (index, instance) in instances.iter().enumerate() {
+        let Some(mesh) = meshes.get(instance.mesh as usize) else {
+            return Err(BuildError::MeshIndex { instance: index, mesh: instance.mesh, meshes: meshes.len() });
+        };
+        if let Some((lo, hi)) = instance.world_bounds(mesh) {
+            boxes.push(Aabb::new(Vec3A::from(lo), Vec3A::from(hi)));
+            owners.push(index as u32);
+        }
+    }
+    Ok((boxes, owners))
+}
+
+/// A tree whose leaf codes are the instances themselves.
+fn top_tree(boxes: &[Aabb], owners: &[u32], splitter: Splitter) -> Result<WideTree, BuildError> {
+    let tree = collapse(&sah::build(boxes, splitter), 1, 1.0);
+    let mut nodes: Vec<Node8> = tree.nodes;
+    let blocks: Vec<u32> = tree.items.iter().map(|&item| owners[item as usize]).collect();
+    for node in &mut nodes {
+        for child in &mut node.child {
+            if *child & LEAF != 0
+                && let Some(&owner) = blocks.get((*child & !LEAF) as usize)
+            {
+                *child = LEAF | owner;
+            }
+        }
+    }
+    WideTree::new(nodes)
+}

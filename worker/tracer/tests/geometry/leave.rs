@@ -1,0 +1,143 @@
+//! Rays that leave a surface do not meet it again, and do meet what is close.
+
+use glam::Vec3;
+use shearwater_tracer::geometry::{Ellipsoid, Geometry, Instance, Particles, Ray, TriMesh};
+
+use super::shapes::{Mesh, Random, alone, ball, skew};
+
+/// Rays from outside onto a convex body, then on from the hit into the outer half
+/// space: none may hit. Counts those that do.
+fn self_hits(scene: &Geometry, centre: Vec3, size: f32, count: usize) -> (usize, usize) {
+    let mut r = Random(12);
+    let (mut bad, mut tried) = (0, 0);
+    for _ in 0..count {
+        let from = centre + r.direction() * size * 4.0;
+        let to = centre + r.cube() * size * 0.9;
+        let ray = Ray::new(from, (to - from).normalize());
+        let Some(hit) = scene.intersect::<true>(&ray, r.next()) else { continue };
+        let point = scene.surface_point(&ray, &hit);
+        let n = if point.n_geometric.dot(ray.d) < 0.0 { point.n_geometric } else { -point.n_geometric };
+        let mut w = r.direction();
+        if w.dot(n) < 0.0 {
+            w = -w;
+        }
+        // A third of them grazing.
+        if r.below(3) == 0 {
+            w = (w - n * w.dot(n) * 0.999).normalize();
+        }
+        if w.dot(n) <= 0.0 {
+            continue;
+        }
+        tried += 1;
+        let leaving = Ray::new(point.origin_towards(w), w);
+        bad += usize::from(scene.intersect::<true>(&leaving, 0).is_some());
+    }
+    (bad, tried)
+}
+
+/// A convex body of few large faces: an octahedron.
+fn octahedron(centre: Vec3, size: f32) -> Mesh {
+    let p = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z].map(|v| centre + v * size);
+    let t = vec![[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]];
+    (p.to_vec(), t)
+}
+
+#[test]
+fn a_million_rays_leave_flat_faces_of_any_size() {
+    for size in [1.0_f32, 1e3, 1e6] {
+        for offset in [0.0, 1.0, 100.0] {
+            let centre = Vec3::new(offset, -offset, 0.3 * offset) * size;
+            let (bad, tried) = self_hits(&alone(&octahedron(centre, size)), centre, size, 170_000);
+            assert_eq!(bad, 0, "size {size}, offset {offset}, of {tried}");
+            assert!(tried > 100_000, "{tried}");
+        }
+    }
+}
+
+#[test]
+fn rays_leave_instances() {
+    let (positions, triangles) = octahedron(Vec3::ZERO, 1.0);
+    for seed in 0..8 {
+        let mut m = skew(seed);
+        m.translation *= 100.0;
+        let mesh = TriMesh::build(&positions, &triangles).unwrap();
+        let scene = Geometry::build(vec![mesh], vec![Instance::new(0, m).unwrap()], None, None).unwrap();
+        let (bad, tried) = self_hits(&scene, m.translation.into(), 0.5, 50_000);
+        assert_eq!(bad, 0, "{seed}, of {tried}");
+        assert!(tried > 10_000, "{tried}");
+    }
+}
+
+#[test]
+fn rays_leave_ellipsoids() {
+    for (centre, radii) in [
+        (Vec3::ZERO, Vec3::ONE),
+        (Vec3::new(1000.0, 30.0, -500.0), Vec3::new(30.0, 10.0, 20.0)),
+        (Vec3::splat(1e4), Vec3::new(1.0, 2.0, 0.5)),
+    ] {
+        let particles = Particles::build(&[Ellipsoid { centre, radii, opacity: 1.0 }]).unwrap();
+        let scene = Geometry::build(vec![], vec![], Some(particles), None).unwrap();
+        let (bad, tried) = self_hits(&scene, centre, radii.min_element(), 200_000);
+        assert_eq!(bad, 0, "{centre}, of {tried}");
+        assert!(tried > 50_000, "{tried}");
+    }
+}
+
+#[test]
+fn contact_shadows_are_kept() {
+    // Two planes a millimetre apart, a kilometre wide and a kilometre away.
+    for (offset, tilt) in [(0.0, 0.0), (1000.0, 0.0), (0.0, 0.3)] {
+        let corner = |x: f32, z: f32, y: f32| Vec3::new(x, y + offset + tilt * x, z + offset);
+        let mut mesh: Mesh = (vec![], vec![]);
+        for y in [0.0, 1e-3] {
+            let v = mesh.0.len() as u32;
+            mesh.0.extend([
+                corner(-1e3, -1e3, y),
+                corner(1e3, -1e3, y),
+                corner(1e3, 1e3, y),
+                corner(-1e3, 1e3, y),
+            ]);
+            mesh.1.extend([[v, v + 1, v + 2], [v, v + 2, v + 3]]);
+        }
+        let (below, both) = (alone(&(mesh.0.clone(), mesh.1[..2].to_vec())), alone(&mesh));
+        let mut r = Random(3);
+        let (mut lit, n) = (0, 20_000);
+        for _ in 0..n {
+            let to = corner(1800.0 * r.unit() - 900.0, 1800.0 * r.unit() - 900.0, 0.0);
+            let from = to + Vec3::new(r.unit() - 0.5, 1.0, r.unit() - 0.5) * 100.0;
+            let ray = Ray::new(from, (to - from).normalize());
+            let hit = below.intersect::<false>(&ray, 0).unwrap();
+            let w = Vec3::new(r.unit() - 0.5, 1.0, r.unit() - 0.5).normalize();
+            let o = below.surface_point(&ray, &hit).origin_towards(w);
+            lit += usize::from(!both.transmittance_depth::<false>(&Ray::new(o, w)).is_blocked());
+        }
+        assert!(lit <= n / 1000, "{offset} {tilt}: {lit} of {n} shadows lost");
+    }
+}
+
+#[test]
+fn a_ray_between_two_points_meets_neither_end() {
+    // Shadow rays from both ends: inside a closed body, point to point.
+    let scene = alone(&ball(24, Vec3::ZERO, 10.0));
+    let mut r = Random(8);
+    let mut bad = 0;
+    for _ in 0..100_000 {
+        let find = |d: Vec3| {
+            let ray = Ray::new(Vec3::ZERO, d);
+            let hit = scene.intersect::<false>(&ray, 0).unwrap();
+            scene.surface_point(&ray, &hit)
+        };
+        let (a, b) = (find(r.direction()), find(r.direction()));
+        let w = (b.p - a.p).normalize();
+        // Only where both faces look at each other: the ball is bumpy.
+        if a.n_geometric.dot(w).abs() < 0.5 || b.n_geometric.dot(w).abs() < 0.5 {
+            continue;
+        }
+        let (from, to) = (a.origin_towards(w), b.origin_towards(-w));
+        let d = to - from;
+        let ray = Ray { o: from, d: d.normalize(), t_max: d.length() * (1.0 - 1e-6) };
+        let skew_ok = scene.intersect::<false>(&ray, 0).is_none_or(|h| h.t > 0.01 && h.t < ray.t_max - 0.01);
+        bad += usize::from(!skew_ok);
+    }
+    assert_eq!(bad, 0);
+}

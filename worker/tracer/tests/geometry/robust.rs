@@ -1,0 +1,117 @@
+//! Input that no modeller meant: it neither panics nor hangs nor changes others.
+
+use glam::{Affine3A, Mat3A, Vec3};
+use shearwater_tracer::geometry::{BuildError, Geometry, Instance, Ray, TriMesh};
+
+use super::exact::crowd;
+use super::shapes::{Random, alone, soup};
+
+#[test]
+fn bad_triangles_leave_the_others_alone() {
+    let clean = soup(300, 3);
+    let mut dirty = clean.clone();
+    let at = dirty.0.len() as u32;
+    dirty.0.extend([Vec3::NAN, Vec3::new(0.0, f32::INFINITY, 0.0), Vec3::splat(0.1), Vec3::splat(0.2)]);
+    dirty.1.extend([
+        [at, at + 2, at + 3],
+        [at + 1, at + 2, at + 3],
+        [at, at, at],
+        [at + 2, at + 2, at + 2],
+        [at + 2, at + 3, at + 2],
+    ]);
+    let (clean, dirty) = (alone(&clean), alone(&dirty));
+    let mut r = Random(5);
+    for _ in 0..5000 {
+        let ray = Ray::new(r.cube() * 2.0, r.direction());
+        assert_eq!(clean.intersect::<false>(&ray, 0), dirty.intersect::<false>(&ray, 0));
+    }
+}
+
+#[test]
+fn empty_and_tiny_meshes() {
+    let ray = Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z);
+    assert!(alone(&(vec![], vec![])).intersect::<false>(&ray, 0).is_none());
+    let nothing = Geometry::build(vec![], vec![], None, None).unwrap();
+    assert!(nothing.intersect::<true>(&ray, 0).is_none());
+    let one = alone(&(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]));
+    assert_eq!(one.intersect::<false>(&ray, 0).unwrap().t, 1.0);
+    // Edges from a micrometre to a thousand kilometres, hit all the same.
+    for scale in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
+        let s = |v: Vec3| v * scale;
+        let mesh = (vec![s(Vec3::ZERO), s(Vec3::X), s(Vec3::Y)], vec![[0, 1, 2]]);
+        let ray = Ray::new(s(ray.o), ray.d);
+        assert!((alone(&mesh).intersect::<false>(&ray, 0).unwrap().t / scale - 1.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn a_hundred_thousand_coincident_triangles() {
+    let mesh = (vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]; 100_000]);
+    let started = std::time::Instant::now();
+    let scene = alone(&mesh);
+    assert!(started.elapsed().as_secs() < 20);
+    let hit = scene.intersect::<false>(&Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z), 0).unwrap();
+    assert!(format!("{hit:?}").contains("prim: 0"), "{hit:?}");
+}
+
+#[test]
+fn huge_and_widely_spread_coordinates() {
+    let mut mesh = soup(200, 8);
+    let mut r = Random(2);
+    for (i, p) in mesh.0.iter_mut().enumerate() {
+        *p *= [1e-20, 1.0, 1e10, 1e20, 1e30, 3e38][i / 3 % 6];
+    }
+    let scene = alone(&mesh);
+    for _ in 0..2000 {
+        let ray = Ray::new(r.cube(), r.direction());
+        let _ = scene.intersect::<false>(&ray, 0);
+        let _ = scene.transmittance_depth::<false>(&ray);
+    }
+    // Each triangle ten times the size of the one before: a lopsided tree.
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    let mut size = 1e-18_f32;
+    for i in 0..2000_u32 {
+        positions.extend([Vec3::ZERO, Vec3::X, Vec3::Y].map(|v| (v + 0.1) * size));
+        triangles.push([3 * i, 3 * i + 1, 3 * i + 2]);
+        size *= 1.04;
+    }
+    let scene = alone(&(positions, triangles));
+    assert!(scene.intersect::<false>(&Ray::new(Vec3::new(0.3, 0.3, -1.0), Vec3::Z), 0).is_some());
+}
+
+#[test]
+fn odd_rays_end() {
+    for scene in [crowd(), crowd().without_avx2()] {
+        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0, 1e-40, 1e38, -1.0];
+        let mut r = Random(1);
+        for _ in 0..20_000 {
+            let mut pick = || odd[r.below(odd.len())];
+            let ray = Ray {
+                o: Vec3::new(pick(), pick(), pick()),
+                d: Vec3::new(pick(), pick(), pick()),
+                t_max: pick(),
+            };
+            if let Some(hit) = scene.intersect::<true>(&ray, 1) {
+                assert!(hit.t > 0.0 && hit.t < ray.t_max, "{ray:?} {hit:?}");
+            }
+            let _ = scene.transmittance_depth::<true>(&ray);
+        }
+    }
+}
+
+#[test]
+fn wrong_indices_and_transforms_are_refused() {
+    let one = [Vec3::ZERO, Vec3::X, Vec3::Y];
+    let refused = TriMesh::build(&one, &[[0, 1, 2], [0, 1, 3]]).err();
+    assert_eq!(refused, Some(BuildError::VertexIndex { triangle: 1, vertex: 3, vertices: 3 }));
+    let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
+    assert_eq!(Instance::new(0, flat).err(), Some(BuildError::SingularTransform { mesh: 0 }));
+    let mut nan = Affine3A::IDENTITY;
+    nan.matrix3 = Mat3A::from_diagonal(Vec3::new(f32::NAN, 1.0, 1.0));
+    assert!(Instance::new(0, nan).is_err());
+    let lost = Instance::new(7, Affine3A::IDENTITY).unwrap();
+    let refused = Geometry::build(vec![], vec![lost], None, None).err();
+    assert_eq!(refused, Some(BuildError::MeshIndex { instance: 0, mesh: 7, meshes: 0 }));
+    assert_eq!(Geometry::build(vec![], vec![], None, Some(f32::NAN)).err(), Some(BuildError::WaterHeight));
+}
