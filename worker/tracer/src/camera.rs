@@ -6,7 +6,7 @@ use shearwater_shared::scene;
 
 /// A camera at the origin of the render space.
 #[derive(Clone, Copy, Debug)]
-pub struct Camera {
+pub(crate) struct Camera {
     forward: Vec3,
     // To the right and downwards, as long as one pixel at distance 1.
     right: Vec3,
@@ -19,14 +19,14 @@ pub struct Camera {
     lens_up: Vec3,
     shutter_s: f32,
     /// Angle of one pixel in the middle of the picture, in radians.
-    pub pixel_angle_rad: f32,
+    pub(crate) pixel_angle_rad: f32,
 }
 
 impl Camera {
     /// A camera for a picture of `width` x `height` pixels. The description must
     /// be valid: a target apart from the eye, an up that is not the view.
     #[must_use]
-    pub fn new(camera: &scene::Camera, width: u32, height: u32) -> Self {
+    pub(crate) fn new(camera: &scene::Camera, width: u32, height: u32) -> Self {
         let eye = DVec3::from_array(camera.position_m);
         let view = DVec3::from_array(camera.target_m) - eye;
         let distance_m = view.length();
@@ -52,14 +52,14 @@ impl Camera {
     /// Whether rays need a position on the lens.
     #[inline]
     #[must_use]
-    pub fn has_lens(&self) -> bool {
+    pub(crate) fn has_lens(&self) -> bool {
         self.lens_radius_m > 0.0
     }
 
     /// Time of a sample after the shutter opens, in seconds; `u` in [0, 1).
     #[inline]
     #[must_use]
-    pub fn time_s(&self, u: f32) -> f32 {
+    pub(crate) fn time_s(&self, u: f32) -> f32 {
         self.shutter_s * u
     }
 
@@ -67,7 +67,7 @@ impl Camera {
     /// lens at `lens` in [0, 1)^2.
     #[inline]
     #[must_use]
-    pub fn ray(&self, x: f32, y: f32, lens: [f32; 2]) -> (Vec3, Vec3) {
+    pub(crate) fn ray(&self, x: f32, y: f32, lens: [f32; 2]) -> (Vec3, Vec3) {
         let d = self.forward + self.right * (x - self.centre.x) + self.down * (y - self.centre.y);
         if !self.has_lens() {
             return (Vec3::ZERO, d.normalize());

@@ -16,7 +16,7 @@ const PUSH_EXPONENT: f64 = 0.7;
 /// The particles of a cloud, relative to `origin_m`. Uniform in the core
 /// ellipsoid (uniform direction, cube-root radius), then pushed along the jittered
 /// direction; opacity falls with the push. A function of the description alone.
-pub fn particles(cloud: &Cloud, origin_m: DVec3) -> impl Iterator<Item = Ellipsoid> {
+pub(crate) fn particles(cloud: &Cloud, origin_m: DVec3) -> impl Iterator<Item = Ellipsoid> {
     let axis = DVec3::from_array(cloud.direction).normalize_or(DVec3::X);
     let (side, other) = axis.any_orthonormal_pair();
     (0..cloud.count).map(move |index| {

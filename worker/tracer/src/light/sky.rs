@@ -266,7 +266,8 @@ mod tests {
         for i in 0..n {
             let u = [crate::math::hash::mix32(2 * i), crate::math::hash::mix32(2 * i + 1)].map(u32_to_unit);
             let uv = map.uv(map.sample(u).expect("light").wi);
-            counts[(uv[1] * 8.0) as usize * width + (uv[0] * 16.0) as usize] += 1;
+            let cell = |v: f32, n: usize| ((v * n as f32) as usize).min(n - 1);
+            counts[cell(uv[1], height) * width + cell(uv[0], width)] += 1;
         }
         let chi: f64 = counts.iter().zip(&map.density).map(|(&count, &density)| {
             let expected = f64::from(density) / 128.0 * f64::from(n);

@@ -94,9 +94,7 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
 
 #[inline]
 fn camera_hits<const PARTICLES: bool>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
-    let rays = paths.map(|p| p.ray);
-    let keys = paths.map(|p| p.stream.segment_key(0));
-    scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
+    std::array::from_fn(|i| scene.geometry.intersect::<PARTICLES>(&paths[i].ray, paths[i].stream.segment_key(0)))
 }
 
 // The first vertex: features, the sky's shadow ray at once, the sun's for the
@@ -137,7 +135,7 @@ fn sun_packet<const PARTICLES: bool>(
         return;
     }
     let rays = sun_rays.map(|r| r.map_or(some.ray, |r| r.ray));
-    let seen = scene.geometry.transmittance8::<PARTICLES>(&rays);
+    let seen = rays.map(|ray| scene.geometry.transmittance_depth::<PARTICLES>(&ray));
     for lane in 0..LANES {
         if let Some(shadow) = sun_rays[lane] {
             results[lane].radiance += shadow.contribution * transmittance(seen[lane]);
@@ -178,7 +176,7 @@ fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (
     // A perfect mirror has no density that light sampling could hit.
     let sampled = !at.bsdf.is_delta();
     path.choice.sun_sampled = sampled && scene.sun.is_some();
-    path.choice.sky_sampled = sampled && scene.sky.is_some() && at.bsdf.is_rough();
+    path.choice.sky_sampled = sampled && scene.sky.is_some() && at.bsdf.light_sampling_pays();
     if !sampled {
         return (None, None);
     }

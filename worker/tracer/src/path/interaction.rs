@@ -1,7 +1,7 @@
 //! From a hit to a place where light scatters.
 
 use crate::bsdf::Bsdf;
-use crate::bsdf::shading_frame::bend_normal;
+use crate::bsdf::shading_frame::{bend_normal, face_viewer};
 use crate::geometry::{Hit, HitKind, Ray, SurfacePoint};
 use crate::math::frame::Frame;
 use crate::scene::Scene;
@@ -32,11 +32,8 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, time_s: f32, foot
         HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
         HitKind::Water => scene.water_surface(point.p, time_s, footprint_m),
     };
-    let facing = |n: Vec3| if n.dot(wo) < 0.0 { -n } else { n };
-    let n_geometric = facing(point.n_geometric);
-    // A shading normal belongs to the side of the surface that is seen.
-    let n_shading = if n_shading.dot(n_geometric) < 0.0 { -n_shading } else { n_shading };
-    let bent = if n_shading == n_geometric { n_shading } else { bend_normal(wo, n_shading, n_geometric) };
+    let (n_shading, n_geometric) = face_viewer(n_shading, point.n_geometric, wo);
+    let bent = if n_shading == n_geometric { n_shading } else { bend_normal(n_shading, n_geometric, wo) };
     let frame = Frame::from_normal(bent);
     Interaction { point, n_geometric, frame, wo_local: frame.to_local(wo), bsdf }
 }

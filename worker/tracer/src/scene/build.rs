@@ -1,9 +1,9 @@
 //! From a description and the bytes of its files to a [`Scene`].
 
-use super::material::{SurfaceMaterial, Textures};
+use super::material::{SurfaceMaterial, Textures, needs_schlick};
 use super::transform::{normal_from_local, world_from_local};
 use super::{InstanceShading, MeshShading, Scene};
-use crate::bsdf::Tables;
+use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::camera::Camera;
 use crate::cloud;
 use crate::geometry::{BuildError, Ellipsoid, Geometry, Instance, Particles, TriMesh};
@@ -58,7 +58,9 @@ impl Scene {
         let mut textures = Textures::new(assets);
         let names: Vec<&String> = description.meshes.keys().collect();
         let meshes = build_meshes(description, assets, &mut report)?;
-        let mut materials = Materials::new(description, &mut textures)?;
+        let sea = description.water.as_ref().map(|water| Sea::build(water, origin.to_array()));
+        let tables = build_tables(description, sea.as_ref())?;
+        let mut materials = Materials::new(description, &tables, &mut textures)?;
         let mut placed = Vec::new();
         let mut instances = Vec::new();
         for (number, instance) in description.instances.iter().enumerate() {
@@ -73,7 +75,6 @@ impl Scene {
         }
         let (particles, particle_cloud) = build_clouds(description, origin)?;
         report.particles = particle_cloud.len();
-        let sea = description.water.as_ref().map(|water| Sea::build(water, origin.to_array()));
         let (trees, shading): (Vec<TriMesh>, Vec<MeshShading>) = meshes.into_iter().map(|(tree, shading, _)| (tree, shading)).unzip();
         let water_y = sea.as_ref().map(|sea| (sea.height_m - origin.y) as f32);
         let geometry = Geometry::build(trees, placed, particles, water_y).map_err(|e| geometry_error(".", &e))?;
@@ -83,7 +84,8 @@ impl Scene {
             camera: Camera::new(&description.camera, settings.width, settings.height),
             sky: build_sky(description, assets)?,
             sun: description.sun.as_ref().and_then(SunLight::new),
-            tables: Tables::new(sea.as_ref().map(|sea| sea.ior)),
+            water: build_water(sea.as_ref(), &tables)?,
+            tables,
             seed: settings.seed,
             frame,
             shading,
@@ -131,6 +133,20 @@ fn build_meshes(description: &SceneDescription, assets: &Assets, report: &mut Bu
         meshes.push(mesh);
     }
     Ok(meshes)
+}
+
+fn build_tables(description: &SceneDescription, sea: Option<&Sea>) -> Result<Tables, SceneError> {
+    let needs = TableNeeds {
+        schlick: description.materials.values().any(needs_schlick),
+        etas: sea.map(|sea| sea.ior).into_iter().collect(),
+    };
+    Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
+}
+
+fn build_water(sea: Option<&Sea>, tables: &Tables) -> Result<Option<Water>, SceneError> {
+    let Some(sea) = sea else { return Ok(None) };
+    let water = Water::new(tables, sea.ior, sea.body_color, 0.0);
+    water.map(Some).map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
 }
 
 fn build_sky(description: &SceneDescription, assets: &Assets) -> Result<Option<SkyLight>, SceneError> {
@@ -184,12 +200,12 @@ struct Materials<'a> {
 }
 
 impl<'a> Materials<'a> {
-    fn new(description: &'a SceneDescription, textures: &mut Textures<'_>) -> Result<Self, SceneError> {
+    fn new(description: &'a SceneDescription, tables: &Tables, textures: &mut Textures<'_>) -> Result<Self, SceneError> {
         let mut list = Vec::new();
         let mut of_scene = BTreeMap::new();
         for (name, material) in &description.materials {
             of_scene.insert(name.as_str(), list.len() as u32);
-            list.push(SurfaceMaterial::new(material, textures)?);
+            list.push(SurfaceMaterial::new(name, material, tables, textures)?);
         }
         Ok(Self { list, of_scene, of_mtl: BTreeMap::new() })
     }

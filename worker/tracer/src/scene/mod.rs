@@ -6,7 +6,7 @@ mod transform;
 
 pub use build::{Assets, BuildOptions, BuildReport};
 
-use crate::bsdf::{Bsdf, Tables};
+use crate::bsdf::{Bsdf, Tables, Water};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
@@ -31,6 +31,8 @@ pub struct Scene {
     materials: Vec<SurfaceMaterial>,
     textures: Vec<Texture>,
     sea: Option<Sea>,
+    /// The sea's surface without roughness.
+    water: Option<Water>,
     /// Albedo of each cloud's particles, and the cloud of each particle.
     cloud_albedo: Vec<Vec3>,
     particle_cloud: Vec<u16>,
@@ -84,7 +86,7 @@ impl Scene {
             }
             _ => Vec3::ONE,
         };
-        (normal, material.bsdf(tint))
+        (normal, material.bsdf(&self.tables, tint))
     }
 
     /// Scattering of a particle.
@@ -97,13 +99,13 @@ impl Scene {
     /// `footprint_m` wide there.
     #[inline]
     pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
-        match &self.sea {
-            Some(sea) => {
+        match (&self.sea, &self.water) {
+            (Some(sea), Some(water)) => {
                 let point = sea.at(p.x, p.z, time_s, footprint_m);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
-                (normal, sea.bsdf(point.alpha))
+                (normal, Bsdf::Water(water.with_alpha(&self.tables, point.alpha)))
             }
-            None => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),
+            _ => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),
         }
     }
 }
