@@ -11,6 +11,7 @@ mod material;
 mod mesh;
 mod parse;
 mod post;
+pub mod references;
 mod sky;
 mod validate;
 mod water;
