@@ -8,22 +8,28 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Camera {
     /// Eye point in metres.
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
     pub position_m: [f64; 3],
     /// Point in the middle of the picture, in metres.
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
     pub target_m: [f64; 3],
     /// Direction that is up in the picture; need not be normal to the view.
     #[serde(default = "up")]
     pub up: [f64; 3],
     /// Full vertical angle of view in degrees, above 0 and below 179.
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 179))]
     pub vertical_fov_deg: f64,
     /// Time that the shutter is open, in seconds; 0 freezes everything.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 3600.0))]
     pub shutter_s: f64,
     /// Radius of the lens in metres; 0 is a pinhole.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1e9))]
     pub lens_radius_m: f64,
     /// Distance of perfect focus in metres; default is the target's.
     #[serde(default)]
+    #[schemars(range(min = 1e-10, max = 1e9))]
     pub focus_distance_m: Option<f64>,
 }
 

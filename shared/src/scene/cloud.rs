@@ -12,24 +12,32 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields)]
 pub struct Cloud {
     /// Origin of the formation in metres.
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
     pub centre_m: [f64; 3],
     /// Semi-axes of the core ellipsoid in metres.
+    #[schemars(inner(range(min = 1e-10, max = 1e9)))]
     pub radii_m: [f64; 3],
     /// Where the formation spreads to; any length but 0.
     pub direction: [f64; 3],
     /// How far it spreads, in metres.
+    #[schemars(range(min = 0.0, max = 1e9))]
     pub length_m: f64,
     /// Number of particles.
+    #[schemars(range(min = 1, max = 5_000_000))]
     pub count: u32,
     /// Smallest and largest particle radius in metres.
+    #[schemars(inner(range(min = 1e-10, max = 1e9)))]
     pub particle_radius_m: [f64; 2],
     /// Smallest and largest factor on a particle's x radius.
     #[serde(default = "ones")]
+    #[schemars(inner(range(min = 0.001, max = 1000.0)))]
     pub stretch_x: [f64; 2],
     /// Smallest and largest opacity of one crossing of a particle's boundary, 0 to 1.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub opacity: [f32; 2],
     /// Share of light a particle reflects, linear RGB.
     #[serde(default = "white")]
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub albedo: [f32; 3],
     /// Seed of the formation.
     #[serde(default)]

@@ -1,10 +1,11 @@
 //! Materials.
 
+use super::tagged::tagged_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// How a surface scatters light.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Material {
     /// Ideal diffuse.
@@ -15,11 +16,14 @@ pub enum Material {
     Ggx(GgxMaterial),
 }
 
+tagged_enum!(Material { "lambert" => Lambert, "phong" => Phong, "ggx" => Ggx });
+
 /// Ideal diffuse reflection.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LambertMaterial {
     /// Share of light reflected, linear RGB, each 0 to 1.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub albedo: [f32; 3],
     /// Texture that multiplies `albedo`.
     #[serde(default)]
@@ -31,13 +35,16 @@ pub struct LambertMaterial {
 #[serde(deny_unknown_fields)]
 pub struct PhongMaterial {
     /// Diffuse share, linear RGB; `kd + ks` is at most 1 in each channel.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub kd: [f32; 3],
     /// Texture that multiplies `kd`.
     #[serde(default)]
     pub kd_texture: Option<String>,
     /// Specular share, linear RGB.
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub ks: [f32; 3],
     /// Exponent n, 0 to 1e7.
+    #[schemars(range(min = 0.0, max = 1e7))]
     pub exponent: f32,
 }
 
@@ -47,17 +54,21 @@ pub struct PhongMaterial {
 pub struct GgxMaterial {
     /// Diffuse colour of a dielectric, mirror colour of a metal; linear RGB, 0 to 1.
     #[serde(default = "white")]
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
     pub base_color: [f32; 3],
     /// Texture that multiplies `base_color`.
     #[serde(default)]
     pub base_color_texture: Option<String>,
     /// Perceptual roughness 0 to 1; GGX alpha is its square.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub roughness: f32,
     /// 0 for a dielectric, 1 for a metal.
     #[serde(default)]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub metalness: f32,
     /// Reflectance of the dielectric at normal incidence.
     #[serde(default = "default_f0")]
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub specular_f0: f32,
     /// Which formulas.
     #[serde(default)]

@@ -1,5 +1,6 @@
 //! Meshes and their placement.
 
+use super::tagged::unique_map;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -15,10 +16,11 @@ pub struct Mesh {
     pub normals: Normals,
     /// Faces that meet at less than this angle are smoothed together, degrees.
     #[serde(default = "default_crease")]
+    #[schemars(range(min = 0.0, max = 180.0))]
     pub crease_angle_deg: f64,
     /// Material name in the OBJ to material of the scene. Names that are not
     /// listed take the scene's material of that name, then the MTL file's.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "unique_map")]
     pub materials: BTreeMap<String, String>,
 }
 
@@ -45,13 +47,16 @@ pub struct Instance {
     pub mesh: String,
     /// Where its origin goes, in metres.
     #[serde(default)]
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
     pub translate_m: [f64; 3],
     /// Angles about x, y and z in degrees; the rotation is Ry * Rx * Rz (yaw
     /// after pitch after roll).
     #[serde(default)]
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub rotate_deg: [f64; 3],
     /// Factor along each axis; may be negative (mirror), not zero.
     #[serde(default = "ones")]
+    #[schemars(inner(range(min = -1e6, max = 1e6)))]
     pub scale: [f64; 3],
     /// A material of the scene for the whole instance instead of the mesh's.
     #[serde(default)]

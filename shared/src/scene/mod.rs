@@ -5,13 +5,17 @@
 //! seconds, degrees; y is up; colours are linear Rec. 709 unless they come from
 //! an 8-bit texture, which is sRGB.
 
+mod at;
 mod camera;
 mod cloud;
 mod material;
 mod mesh;
 mod parse;
 mod post;
+mod range;
+pub mod references;
 mod sky;
+mod tagged;
 mod validate;
 mod water;
 
@@ -27,6 +31,7 @@ pub use water::{TessendorfWater, Water};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
+use tagged::unique_map;
 
 /// The version of the format that this build reads.
 pub const SCENE_VERSION: u32 = 1;
@@ -36,8 +41,10 @@ pub const SCENE_VERSION: u32 = 1;
 #[serde(deny_unknown_fields)]
 pub struct SceneDescription {
     /// Format version; 1.
+    #[schemars(range(min = 1, max = 1))]
     pub version: u32,
     /// Name of the scene; also of the files that `render` writes.
+    #[schemars(length(min = 1, max = 200))]
     pub name: String,
     /// Size of the picture.
     pub image: Image,
@@ -47,10 +54,10 @@ pub struct SceneDescription {
     /// Camera.
     pub camera: Camera,
     /// Materials by name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "unique_map")]
     pub materials: BTreeMap<String, Material>,
     /// Meshes by name.
-    #[serde(default)]
+    #[serde(default, deserialize_with = "unique_map")]
     pub meshes: BTreeMap<String, Mesh>,
     /// Placed meshes; one mesh may be placed often without being copied.
     #[serde(default)]
@@ -77,8 +84,10 @@ pub struct SceneDescription {
 #[serde(deny_unknown_fields)]
 pub struct Image {
     /// Columns, 1 to 16384.
+    #[schemars(range(min = 1, max = 16384))]
     pub width: u32,
     /// Rows, 1 to 16384.
+    #[schemars(range(min = 1, max = 16384))]
     pub height: u32,
 }
 
@@ -88,6 +97,7 @@ pub struct Image {
 pub struct JobDefaults {
     /// Samples per pixel, even; powers of two converge best.
     #[serde(default = "default_samples")]
+    #[schemars(range(min = 2, max = 16_777_216), extend("multipleOf" = 2))]
     pub samples: u32,
 }
 

@@ -1,5 +1,7 @@
 //! From the bytes of scene.json to a checked description.
 
+use super::at::SCENE_FILE;
+use super::tagged::split_error;
 use super::{SCENE_VERSION, SceneDescription, validate};
 use crate::limits::SCENE_BYTES_MAX;
 
@@ -36,7 +38,7 @@ impl SceneError {
 /// Not JSON, another version, an unknown field, a value out of range, a name
 /// that is not defined.
 pub fn parse(bytes: &[u8]) -> Result<SceneDescription, SceneError> {
-    let error = |path: &str, message: String| SceneError::new("scene.json", path, message);
+    let error = |path: &str, message: String| SceneError::new(SCENE_FILE, path, message);
     if bytes.len() > SCENE_BYTES_MAX {
         return Err(error(
             ".",
@@ -44,8 +46,10 @@ pub fn parse(bytes: &[u8]) -> Result<SceneDescription, SceneError> {
         ));
     }
     let mut json = serde_json::Deserializer::from_slice(bytes);
-    let scene: SceneDescription = serde_path_to_error::deserialize(&mut json)
-        .map_err(|e| error(&e.path().to_string(), e.inner().to_string()))?;
+    let scene: SceneDescription = serde_path_to_error::deserialize(&mut json).map_err(|e| {
+        let (path, message) = split_error(&e.path().to_string(), &e.inner().to_string());
+        error(&path, message)
+    })?;
     json.end().map_err(|e| error(".", e.to_string()))?;
     if scene.version != SCENE_VERSION {
         return Err(error(
@@ -68,3 +72,7 @@ pub fn schema_json() -> String {
     text.push('\n');
     text
 }
+
+#[cfg(test)]
+#[path = "parse_tests.rs"]
+mod tests;

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 pub struct Post {
     /// Exposure in stops, -32 to 32.
     #[serde(default)]
+    #[schemars(range(min = -32.0, max = 32.0))]
     pub exposure_ev: f32,
     /// Light that bleeds from bright places; none when absent.
     #[serde(default)]
@@ -24,13 +25,17 @@ pub struct Post {
 pub struct Bloom {
     /// Radiance above which a channel blooms.
     #[serde(default = "one")]
+    #[schemars(range(min = 0.0, max = 67_108_864.0))]
     pub threshold: f32,
     /// Share of the excess that is spread.
+    #[schemars(range(min = 0.0, max = 100.0))]
     pub strength: f32,
     /// Half-width of the box filter as a share of the picture's height.
+    #[schemars(range(min = 0.0, max = 1.0))]
     pub radius: f32,
     /// How often the box is applied: 1 is the report's box, 3 is nearly a Gaussian.
     #[serde(default = "one_pass")]
+    #[schemars(range(min = 1, max = 16))]
     pub passes: u32,
 }
 

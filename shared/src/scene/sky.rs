@@ -1,10 +1,11 @@
 //! Sky and sun.
 
+use super::tagged::tagged_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 /// Light that comes from infinitely far away, from every direction.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Sky {
     /// The same radiance everywhere.
@@ -14,11 +15,14 @@ pub enum Sky {
     Map(MapSky),
 }
 
+tagged_enum!(Sky { "constant" => Constant, "map" => Map });
+
 /// The same radiance everywhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConstantSky {
     /// Radiance, linear RGB.
+    #[schemars(inner(range(min = 0.0, max = 67_108_864.0)))]
     pub radiance: [f32; 3],
 }
 
@@ -30,9 +34,11 @@ pub struct MapSky {
     pub file: String,
     /// Turn about the vertical in degrees, clockwise seen from above.
     #[serde(default)]
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub rotation_deg: f64,
     /// Factor on its radiance.
     #[serde(default = "one")]
+    #[schemars(range(min = 0.0, max = 67_108_864.0))]
     pub intensity: f32,
 }
 
@@ -42,13 +48,17 @@ pub struct MapSky {
 #[serde(deny_unknown_fields)]
 pub struct Sun {
     /// Azimuth of its centre in degrees.
+    #[schemars(range(min = -1e6, max = 1e6))]
     pub azimuth_deg: f64,
     /// Elevation of its centre above the horizon in degrees, -90 to 90.
+    #[schemars(range(min = -90.0, max = 90.0))]
     pub elevation_deg: f64,
     /// Angular radius in degrees, above 0, at most 45; the real sun has 0.27.
     #[serde(default = "sun_radius")]
+    #[schemars(extend("exclusiveMinimum" = 0), range(max = 45.0))]
     pub angular_radius_deg: f64,
     /// Radiance of the disc, linear RGB.
+    #[schemars(inner(range(min = 0.0, max = 67_108_864.0)))]
     pub radiance: [f32; 3],
 }
 
