@@ -38,14 +38,20 @@ pub(super) struct Collapsed {
 impl Collapsed {
     /// Box numbers, block by block.
     pub(super) fn blocks(&self) -> impl Iterator<Item = &[u32]> {
-        self.starts.windows(2).map(|w| &self.items[w[0] as usize..w[1] as usize])
+        self.starts
+            .windows(2)
+            .map(|w| &self.items[w[0] as usize..w[1] as usize])
     }
 }
 
 /// Collapses `tree` into nodes with at most `block_size` boxes to a leaf.
 pub(super) fn collapse(tree: &BinaryTree, block_size: u32, block_cost: f32) -> Collapsed {
     let rows = fill_table(&tree.nodes, block_size, block_cost);
-    let mut out = Collapsed { nodes: vec![Node8::NONE], items: Vec::with_capacity(tree.order.len()), starts: vec![0] };
+    let mut out = Collapsed {
+        nodes: vec![Node8::NONE],
+        items: Vec::with_capacity(tree.order.len()),
+        starts: vec![0],
+    };
     if tree.nodes.is_empty() {
         return out;
     }
@@ -69,25 +75,44 @@ pub(super) fn collapse(tree: &BinaryTree, block_size: u32, block_cost: f32) -> C
                 tasks.push((child, index));
                 index
             };
-            set_slot(&mut out.nodes[wide as usize], slot, &tree.nodes[child as usize], code);
+            set_slot(
+                &mut out.nodes[wide as usize],
+                slot,
+                &tree.nodes[child as usize],
+                code,
+            );
         }
     }
     out
 }
 
 fn set_slot(node: &mut Node8, slot: usize, source: &Bvh2Node, code: u32) {
-    node.set(slot, source.aabb().min.to_array(), source.aabb().max.to_array(), code);
+    node.set(
+        slot,
+        source.aabb().min.to_array(),
+        source.aabb().max.to_array(),
+        code,
+    );
 }
 
 /// Children stand behind their parents, so a backward sweep is bottom-up.
 fn fill_table(nodes: &[Bvh2Node], block_size: u32, block_cost: f32) -> Vec<Row> {
-    let empty = Row { cost: [0.0; BUDGETS], left: [0; BUDGETS], left_of_eight: 0, is_leaf: true, count: 1 };
+    let empty = Row {
+        cost: [0.0; BUDGETS],
+        left: [0; BUDGETS],
+        left_of_eight: 0,
+        is_leaf: true,
+        count: 1,
+    };
     let mut rows = vec![empty; nodes.len()];
     for index in (0..nodes.len()).rev() {
         let node = &nodes[index];
         let area = node.aabb().half_area();
         rows[index] = if node.is_leaf() {
-            Row { cost: [area * block_cost; BUDGETS], ..empty }
+            Row {
+                cost: [area * block_cost; BUDGETS],
+                ..empty
+            }
         } else {
             let first = node.first_index as usize;
             inner_row(&rows[first], &rows[first + 1], area, block_size, block_cost)
@@ -100,9 +125,19 @@ fn inner_row(l: &Row, r: &Row, area: f32, block_size: u32, block_cost: f32) -> R
     let count = l.count + r.count;
     let (spread, left_of_eight) = distribute(l, r, 8);
     let inner = spread + area;
-    let leaf = if count <= block_size { area * block_cost } else { f32::INFINITY };
+    let leaf = if count <= block_size {
+        area * block_cost
+    } else {
+        f32::INFINITY
+    };
     let is_leaf = count <= block_size && leaf <= inner;
-    let mut row = Row { cost: [0.0; BUDGETS], left: [0; BUDGETS], left_of_eight, is_leaf, count };
+    let mut row = Row {
+        cost: [0.0; BUDGETS],
+        left: [0; BUDGETS],
+        left_of_eight,
+        is_leaf,
+        count,
+    };
     row.cost[0] = if is_leaf { leaf } else { inner };
     for budget in 2..=BUDGETS {
         let (cost, left) = distribute(l, r, budget);
@@ -161,7 +196,8 @@ fn push_block(tree: &BinaryTree, root: u32, out: &mut Collapsed) -> u32 {
         let node = &tree.nodes[index as usize];
         if node.is_leaf() {
             let first = node.first_index as usize;
-            out.items.extend_from_slice(&tree.order[first..first + node.prim_count as usize]);
+            out.items
+                .extend_from_slice(&tree.order[first..first + node.prim_count as usize]);
         } else {
             pending.push(node.first_index + 1);
             pending.push(node.first_index);

@@ -27,13 +27,20 @@ pub(super) fn cross_ellipsoids<const N: usize, V: Floats<N>>(
     let zero = V::splat(0.0);
     let one = V::splat(1.0);
     let [ix, iy, iz] = inverse_radius;
-    let (ox, oy, oz) = ((o[0] - centre[0]) * ix, (o[1] - centre[1]) * iy, (o[2] - centre[2]) * iz);
+    let (ox, oy, oz) = (
+        (o[0] - centre[0]) * ix,
+        (o[1] - centre[1]) * iy,
+        (o[2] - centre[2]) * iz,
+    );
     let (dx, dy, dz) = (d[0] * ix, d[1] * iy, d[2] * iz);
     let inverse = one / (dx * dx + dy * dy + dz * dz);
     let s = (ox * dx + oy * dy + oz * dz) * inverse;
     let (lx, ly, lz) = (ox - s * dx, oy - s * dy, oz - s * dz);
     let discriminant = one - (lx * lx + ly * ly + lz * lz);
     let met = zero.le(discriminant);
+    // `s` is as wrong as a dot product far from the centre; `l`, which is short,
+    // says by how much.
+    let s = s + (lx * dx + ly * dy + lz * dz) * inverse;
     // A negative discriminant gives NaN, which no comparison below accepts.
     let half = (discriminant * inverse).sqrt();
     let near = zero - s - half;

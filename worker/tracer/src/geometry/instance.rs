@@ -2,8 +2,8 @@
 
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
 
-use super::mesh::TriMesh;
 use super::BuildError;
+use super::mesh::TriMesh;
 
 /// World boxes are widened by this part of their largest coordinate, so that the
 /// roundings of the ray's way into mesh space cannot lose a triangle at the rim.
@@ -34,7 +34,11 @@ impl Instance {
         if !world_from_local.is_finite() || !local_from_world.is_finite() || det == 0.0 {
             return Err(BuildError::SingularTransform { mesh });
         }
-        Ok(Self { mesh, world_from_local, local_from_world })
+        Ok(Self {
+            mesh,
+            world_from_local,
+            local_from_world,
+        })
     }
 
     /// Number of the mesh that is placed.

@@ -13,13 +13,13 @@ use super::wide::Node8;
 
 /// Three roundings on either side of the slab interval (Ize 2013, "Robust BVH ray
 /// traversal").
-const NEAR_SLACK: f32 = 1.0 - 3.0 * f32::EPSILON;
-const FAR_SLACK: f32 = 1.0 + 3.0 * f32::EPSILON;
+pub(super) const NEAR_SLACK: f32 = 1.0 - 3.0 * f32::EPSILON;
+pub(super) const FAR_SLACK: f32 = 1.0 + 3.0 * f32::EPSILON;
 
 /// A box is entered although it begins this much behind the best hit: the plane
 /// distance of a hit may round to less than the entry of its box, and then the
 /// order of visits would decide. 2^-16 is 128 roundings.
-const CULL_SLACK: f32 = 1.0 + 1.0 / 65536.0;
+pub(super) const CULL_SLACK: f32 = 1.0 + 1.0 / 65536.0;
 
 /// A ray in the form the box test wants.
 pub(super) struct BoxRay<B: Backend> {
@@ -35,7 +35,11 @@ impl<B: Backend> BoxRay<B> {
     pub(super) fn new(o: [f32; 3], d: [f32; 3]) -> Self {
         Self {
             o: [B::F8::splat(o[0]), B::F8::splat(o[1]), B::F8::splat(o[2])],
-            inverse: [B::F8::splat(1.0 / d[0]), B::F8::splat(1.0 / d[1]), B::F8::splat(1.0 / d[2])],
+            inverse: [
+                B::F8::splat(1.0 / d[0]),
+                B::F8::splat(1.0 / d[1]),
+                B::F8::splat(1.0 / d[2]),
+            ],
             near: [sign(d[0]), sign(d[1]), sign(d[2])],
         }
     }
@@ -89,7 +93,11 @@ impl Shear {
             1 => (2, 0),
             _ => (0, 1),
         };
-        Self { k: [kx, ky, kz], shear: [d[kx] / d[kz], d[ky] / d[kz]], scale: 1.0 / d[kz] }
+        Self {
+            k: [kx, ky, kz],
+            shear: [d[kx] / d[kz], d[ky] / d[kz]],
+            scale: 1.0 / d[kz],
+        }
     }
 }
 
@@ -129,11 +137,28 @@ pub(super) struct TriHits<V> {
 
 /// One ray against the four triangles of a block: hits at `0 < t <= t_far`.
 #[inline(always)]
-pub(super) fn hit_triangles<B: Backend>(block: &Tri4, ray: &TriRay<B>, t_far: f32) -> Option<TriHits<B::F4>> {
+pub(super) fn hit_triangles<B: Backend>(
+    block: &Tri4,
+    ray: &TriRay<B>,
+    t_far: f32,
+) -> Option<TriHits<B::F4>> {
     let [kx, ky, kz] = ray.k;
     let (xs, ys, zs) = (&block.corner[kx], &block.corner[ky], &block.corner[kz]);
-    let corner = |i: usize| [B::F4::load(&xs[i]), B::F4::load(&ys[i]), B::F4::load(&zs[i])];
-    hit_sheared::<4, B::F4>([corner(0), corner(1), corner(2)], ray.o, ray.d, ray.shear, ray.scale, B::F4::splat(t_far))
+    let corner = |i: usize| {
+        [
+            B::F4::load(&xs[i]),
+            B::F4::load(&ys[i]),
+            B::F4::load(&zs[i]),
+        ]
+    };
+    hit_sheared::<4, B::F4>(
+        [corner(0), corner(1), corner(2)],
+        ray.o,
+        ray.d,
+        ray.shear,
+        ray.scale,
+        B::F4::splat(t_far),
+    )
 }
 
 /// The test itself, lane by lane; all axes already in the order `k`.
@@ -169,7 +194,11 @@ pub(super) fn hit_sheared<const N: usize, V: Floats<N>>(
     let t = plane.max(az.min(bz).min(cz)).min(az.max(bz).max(cz));
     let solid = det.lt(zero).or(zero.lt(det));
     let mask = inside.and(solid).and(zero.lt(t)).and(t.le(t_far)).bits();
-    if mask == 0 { None } else { Some(TriHits { mask, t, v, w, det }) }
+    if mask == 0 {
+        None
+    } else {
+        Some(TriHits { mask, t, v, w, det })
+    }
 }
 
 #[inline(always)]
@@ -179,7 +208,11 @@ fn minus<const N: usize, V: Floats<N>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
 
 #[inline(always)]
 fn cross<const N: usize, V: Floats<N>>(a: [V; 3], b: [V; 3]) -> [V; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 #[inline(always)]
@@ -207,7 +240,14 @@ impl Best {
     pub(super) fn new(t_max: f32) -> Self {
         // The largest float below the end: the tests allow t equal to the best.
         let t = if t_max > 0.0 { t_max.next_down() } else { -1.0 };
-        Self { t, cull: t * CULL_SLACK, rank: super::ray::rank::NOTHING, v: 0.0, w: 0.0, det: 1.0 }
+        Self {
+            t,
+            cull: t * CULL_SLACK,
+            rank: super::ray::rank::NOTHING,
+            v: 0.0,
+            w: 0.0,
+            det: 1.0,
+        }
     }
 
     /// True if something at `t` comes before the best.

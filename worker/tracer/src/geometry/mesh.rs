@@ -5,10 +5,10 @@ use obvhs::aabb::Aabb;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
 
+use super::BuildError;
 use super::collapse::collapse;
 use super::sah::{self, Splitter};
 use super::wide::WideTree;
-use super::BuildError;
 
 /// Most triangles of a mesh: block indices and split references stay below 2^31.
 const TRIANGLES_MAX: usize = 1 << 28;
@@ -31,6 +31,17 @@ pub(super) struct Tri4 {
     pub(super) corner: [[[f32; 4]; 3]; 3],
     /// Original triangle numbers. A short block repeats its first triangle.
     pub(super) prim: [u32; 4],
+}
+
+impl Tri4 {
+    /// Triangles in the block, without the repetitions.
+    #[inline(always)]
+    pub(super) fn count(&self) -> usize {
+        (1..4)
+            .take_while(|&lane| self.prim[lane] != self.prim[0])
+            .count()
+            + 1
+    }
 }
 
 /// A triangle mesh ready for rays.
@@ -64,7 +75,12 @@ impl TriMesh {
             Err(BuildError::TooDeep { .. }) => build(Splitter::Median)?,
             other => other?,
         };
-        Ok(Self { tree, blocks, positions: positions.to_vec(), triangles: triangles.to_vec() })
+        Ok(Self {
+            tree,
+            blocks,
+            positions: positions.to_vec(),
+            triangles: triangles.to_vec(),
+        })
     }
 
     /// The vertices, mesh space.
@@ -84,12 +100,20 @@ impl TriMesh {
 
 fn check(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), BuildError> {
     if triangles.len() > TRIANGLES_MAX {
-        return Err(BuildError::TooMany { what: "triangles", count: triangles.len(), limit: TRIANGLES_MAX });
+        return Err(BuildError::TooMany {
+            what: "triangles",
+            count: triangles.len(),
+            limit: TRIANGLES_MAX,
+        });
     }
     for (triangle, indices) in triangles.iter().enumerate() {
         for &vertex in indices {
             if vertex as usize >= positions.len() {
-                return Err(BuildError::VertexIndex { triangle, vertex, vertices: positions.len() });
+                return Err(BuildError::VertexIndex {
+                    triangle,
+                    vertex,
+                    vertices: positions.len(),
+                });
             }
         }
     }
@@ -149,7 +173,10 @@ fn pack(items: &[u32], owners: &[u32], corners: &[Triangle], prims: &[u32]) -> T
             count += 1;
         }
     }
-    let mut block = Tri4 { corner: [[[0.0; 4]; 3]; 3], prim: [0; 4] };
+    let mut block = Tri4 {
+        corner: [[[0.0; 4]; 3]; 3],
+        prim: [0; 4],
+    };
     for lane in 0..members.len() {
         let owner = members[if lane < count { lane } else { 0 }] as usize;
         let t = &corners[owner];

@@ -17,6 +17,7 @@ mod kernels;
 mod lanes;
 mod mesh;
 mod offset;
+mod packet;
 mod particles;
 mod ray;
 mod sah;
@@ -38,7 +39,9 @@ pub use surface::SurfacePoint;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum BuildError {
     /// A triangle names a vertex that does not exist.
-    #[error("triangle {triangle} names vertex {vertex}, but the mesh has only {vertices}; fix its indices")]
+    #[error(
+        "triangle {triangle} names vertex {vertex}, but the mesh has only {vertices}; fix its indices"
+    )]
     VertexIndex {
         /// Index of the triangle.
         triangle: usize,
@@ -76,7 +79,9 @@ pub enum BuildError {
         meshes: usize,
     },
     /// A transform that cannot be undone.
-    #[error("the transform of an instance of mesh {mesh} is singular or not finite; no scale may be zero")]
+    #[error(
+        "the transform of an instance of mesh {mesh} is singular or not finite; no scale may be zero"
+    )]
     SingularTransform {
         /// The mesh to be placed.
         mesh: u32,

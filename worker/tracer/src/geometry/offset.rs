@@ -19,9 +19,17 @@ pub(super) fn gamma(n: u32) -> f32 {
 /// based rendering", section 6.8.6).
 pub fn offset_origin(p: Vec3, error: Vec3, n_geometric: Vec3, w: Vec3) -> Vec3 {
     let distance = n_geometric.abs().dot(error);
-    let side = if w.dot(n_geometric) < 0.0 { -n_geometric } else { n_geometric };
+    let side = if w.dot(n_geometric) < 0.0 {
+        -n_geometric
+    } else {
+        n_geometric
+    };
     let moved = p + side * distance;
-    Vec3::new(away(moved.x, side.x), away(moved.y, side.y), away(moved.z, side.z))
+    Vec3::new(
+        away(moved.x, side.x),
+        away(moved.y, side.y),
+        away(moved.z, side.z),
+    )
 }
 
 fn away(x: f32, side: f32) -> f32 {

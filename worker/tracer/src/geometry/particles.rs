@@ -3,11 +3,11 @@
 use glam::Vec3;
 use obvhs::aabb::Aabb;
 
+use super::BuildError;
 use super::collapse::collapse;
 use super::ray::{BLOCKING_DEPTH, OPTICAL_DEPTH_SCALE, rank};
 use super::sah::{self, Splitter};
 use super::wide::WideTree;
-use super::BuildError;
 
 /// Particles of a leaf block; the width of the vector test.
 const BLOCK: u32 = 8;
@@ -49,8 +49,16 @@ pub(super) struct Ellipsoid8 {
     pub(super) depth: [u32; 8],
     /// Original numbers.
     pub(super) prim: [u32; 8],
-    /// Bit `i`: lane `i` is in use.
+    /// Bit `i`: lane `i` is in use. The lowest lanes are.
     pub(super) used: u32,
+}
+
+impl Ellipsoid8 {
+    /// Lanes in use.
+    #[inline(always)]
+    pub(super) fn count(&self) -> usize {
+        self.used.trailing_ones().min(8) as usize
+    }
 }
 
 /// Ellipsoids ready for rays.
@@ -69,7 +77,11 @@ impl Particles {
     pub fn build(ellipsoids: &[Ellipsoid]) -> Result<Self, BuildError> {
         if ellipsoids.len() > rank::COUNT_MAX {
             let count = ellipsoids.len();
-            return Err(BuildError::TooMany { what: "particles", count, limit: rank::COUNT_MAX });
+            return Err(BuildError::TooMany {
+                what: "particles",
+                count,
+                limit: rank::COUNT_MAX,
+            });
         }
         if let Some(index) = ellipsoids.iter().position(|e| !is_valid(e)) {
             return Err(BuildError::Ellipsoid { index });
@@ -84,7 +96,11 @@ impl Particles {
             Err(BuildError::TooDeep { .. }) => build(Splitter::Median)?,
             other => other?,
         };
-        Ok(Self { tree, blocks, ellipsoids: ellipsoids.to_vec() })
+        Ok(Self {
+            tree,
+            blocks,
+            ellipsoids: ellipsoids.to_vec(),
+        })
     }
 
     /// The ellipsoids as given.

@@ -17,7 +17,11 @@ pub struct Ray {
 impl Ray {
     /// A ray without end.
     pub fn new(o: Vec3, d: Vec3) -> Self {
-        Self { o, d, t_max: f32::INFINITY }
+        Self {
+            o,
+            d,
+            t_max: f32::INFINITY,
+        }
     }
 
     /// The point at distance `t`, metres.
@@ -68,12 +72,13 @@ pub enum HitKind {
 }
 
 /// Fixed-point scale of optical depths: depth 1.0 (transmittance 1/e) is this
-/// many units. Integers, so that a sum does not depend on the order of visits.
-pub const OPTICAL_DEPTH_SCALE: f32 = 65536.0;
+/// many units. Integers, so that a sum does not depend on the order of visits. 2^24:
+/// a thousand roundings still change the transmittance by less than 1e-4.
+pub const OPTICAL_DEPTH_SCALE: f32 = 16_777_216.0;
 
 /// Depths above this (transmittance below 2^-26, less than the film's last bit
-/// of a bright sample) count as blocked: `floor(26 ln 2 * 65536)`.
-pub const BLOCKING_DEPTH: u32 = 1_181_078;
+/// of a bright sample) count as blocked: `floor(26 ln 2 * 2^24)`.
+pub const BLOCKING_DEPTH: u32 = 302_356_079;
 
 /// What lies between a ray's origin and its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +94,11 @@ impl Occlusion {
 
     /// From a sum of optical depths in units of 1 / `OPTICAL_DEPTH_SCALE`.
     pub(super) fn from_depth(depth: u32) -> Self {
-        if depth > BLOCKING_DEPTH { Self::BLOCKED } else { Self { depth } }
+        if depth > BLOCKING_DEPTH {
+            Self::BLOCKED
+        } else {
+            Self { depth }
+        }
     }
 
     /// No light passes.
@@ -142,8 +151,14 @@ pub(super) mod rank {
     pub(crate) fn winner(rank: u64) -> Winner {
         match rank >> 62 {
             0 => Winner::Water,
-            1 => Winner::Triangle { instance: (rank >> 32) as u32 & 0x3fff_ffff, prim: rank as u32 },
-            2 => Winner::Particle { prim: (rank >> 1) as u32, inside: rank & 1 == 1 },
+            1 => Winner::Triangle {
+                instance: (rank >> 32) as u32 & 0x3fff_ffff,
+                prim: rank as u32,
+            },
+            2 => Winner::Particle {
+                prim: (rank >> 1) as u32,
+                inside: rank & 1 == 1,
+            },
             _ => Winner::Nothing,
         }
     }

@@ -48,8 +48,19 @@ pub(super) fn build(boxes: &[Aabb], splitter: Splitter) -> BinaryTree {
         return BinaryTree { nodes, order };
     }
     nodes.push(Bvh2Node::default());
-    let mut tasks = vec![Task { node: 0, begin: 0, end: boxes.len(), depth: 0 }];
-    while let Some(Task { node, begin, end, depth }) = tasks.pop() {
+    let mut tasks = vec![Task {
+        node: 0,
+        begin: 0,
+        end: boxes.len(),
+        depth: 0,
+    }];
+    while let Some(Task {
+        node,
+        begin,
+        end,
+        depth,
+    }) = tasks.pop()
+    {
         let bounds = union(&order[begin..end], boxes);
         if end - begin == 1 {
             nodes[node as usize] = Bvh2Node::new(bounds, 1, begin as u32);
@@ -61,8 +72,18 @@ pub(super) fn build(boxes: &[Aabb], splitter: Splitter) -> BinaryTree {
         nodes[node as usize] = Bvh2Node::new(bounds, 0, children);
         nodes.push(Bvh2Node::default());
         nodes.push(Bvh2Node::default());
-        tasks.push(Task { node: children, begin, end: middle, depth: depth + 1 });
-        tasks.push(Task { node: children + 1, begin: middle, end, depth: depth + 1 });
+        tasks.push(Task {
+            node: children,
+            begin,
+            end: middle,
+            depth: depth + 1,
+        });
+        tasks.push(Task {
+            node: children + 1,
+            begin: middle,
+            end,
+            depth: depth + 1,
+        });
     }
     BinaryTree { nodes, order }
 }
@@ -79,7 +100,10 @@ fn split(list: &mut [u32], boxes: &[Aabb], sah: bool) -> usize {
     let axis = centres.largest_axis();
     let middle = list.len() / 2;
     list.select_nth_unstable_by(middle, |&a, &b| {
-        let (ca, cb) = (centre(&boxes[a as usize])[axis], centre(&boxes[b as usize])[axis]);
+        let (ca, cb) = (
+            centre(&boxes[a as usize])[axis],
+            centre(&boxes[b as usize])[axis],
+        );
         ca.total_cmp(&cb).then(a.cmp(&b))
     });
     middle
@@ -132,7 +156,10 @@ impl Binning {
         let extent = centres.max - centres.min;
         // An axis without extent maps everything to bin 0.
         let scale = Vec3A::splat(BINS as f32 * 0.999_99) / extent;
-        Self { lo: centres.min, scale: Vec3A::select(extent.cmpgt(Vec3A::ZERO), scale, Vec3A::ZERO) }
+        Self {
+            lo: centres.min,
+            scale: Vec3A::select(extent.cmpgt(Vec3A::ZERO), scale, Vec3A::ZERO),
+        }
     }
 
     #[inline(always)]
@@ -152,7 +179,10 @@ struct Bin {
 /// The boundary of least cost, or none if no cost is finite.
 fn best_plane(list: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Plane> {
     let binning = Binning::new(centres);
-    let mut bins = [[Bin { bounds: Aabb::INVALID, count: 0 }; BINS]; 3];
+    let mut bins = [[Bin {
+        bounds: Aabb::INVALID,
+        count: 0,
+    }; BINS]; 3];
     for &i in list {
         let b = &boxes[i as usize];
         for (axis, &bin) in binning.bins(b).iter().enumerate() {
@@ -168,7 +198,11 @@ fn best_plane(list: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Plane> {
         for (bin, &cost) in costs.iter().enumerate() {
             if cost < best {
                 best = cost;
-                plane = Some(Plane { axis, bin: bin as u32, binning });
+                plane = Some(Plane {
+                    axis,
+                    bin: bin as u32,
+                    binning,
+                });
             }
         }
     }
@@ -178,7 +212,10 @@ fn best_plane(list: &[u32], boxes: &[Aabb], centres: &Aabb) -> Option<Plane> {
 /// Cost of cutting behind each bin but the last; infinite where a side is empty.
 fn sweep(bins: &[Bin; BINS]) -> [f32; BINS - 1] {
     let mut costs = [f32::INFINITY; BINS - 1];
-    let mut right = Bin { bounds: Aabb::INVALID, count: 0 };
+    let mut right = Bin {
+        bounds: Aabb::INVALID,
+        count: 0,
+    };
     for i in (1..BINS).rev() {
         right.bounds = right.bounds.union(&bins[i].bounds);
         right.count += bins[i].count;
@@ -186,11 +223,18 @@ fn sweep(bins: &[Bin; BINS]) -> [f32; BINS - 1] {
             costs[i - 1] = right.bounds.half_area() * right.count as f32;
         }
     }
-    let mut left = Bin { bounds: Aabb::INVALID, count: 0 };
+    let mut left = Bin {
+        bounds: Aabb::INVALID,
+        count: 0,
+    };
     for (i, cost) in costs.iter_mut().enumerate() {
         left.bounds = left.bounds.union(&bins[i].bounds);
         left.count += bins[i].count;
-        *cost = if left.count > 0 { *cost + left.bounds.half_area() * left.count as f32 } else { f32::INFINITY };
+        *cost = if left.count > 0 {
+            *cost + left.bounds.half_area() * left.count as f32
+        } else {
+            f32::INFINITY
+        };
     }
     costs
 }

@@ -15,9 +15,10 @@ use std::mem::MaybeUninit;
 #[cfg(target_arch = "x86_64")]
 use std::ops::{Add, Div, Mul, Sub};
 
+use super::lanes::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Backend, Floats, LaneMask};
-use super::lanes::Portable;
+use super::packet;
 use super::ray::{Hit, Occlusion, Ray};
 use super::scene::Geometry;
 use super::single;
@@ -64,7 +65,10 @@ pub(super) struct Stack {
 impl Stack {
     #[inline(always)]
     pub(super) fn new() -> Self {
-        Self { entries: [const { MaybeUninit::uninit() }; STACK_ENTRIES], len: 0 }
+        Self {
+            entries: [const { MaybeUninit::uninit() }; STACK_ENTRIES],
+            len: 0,
+        }
     }
 
     /// Adds an entry. `WideTree::new` made sure that there is room; were it not so,
@@ -130,6 +134,10 @@ macro_rules! entry_points {
 entry_points! {
     intersect, intersect_avx2, <const PARTICLES>, (ray: &Ray, key: u64) -> Option<Hit>, single::intersect;
     transmittance, transmittance_avx2, <const PARTICLES>, (ray: &Ray) -> Occlusion, single::transmittance;
+    intersect8, intersect8_avx2, <const PARTICLES>, (rays: &[Ray; 8], keys: &[u64; 8]) -> [Option<Hit>; 8],
+        packet::intersect8;
+    transmittance8, transmittance8_avx2, <const PARTICLES>, (rays: &[Ray; 8]) -> [Occlusion; 8],
+        packet::transmittance8;
 }
 
 /// 256-bit registers for eight lanes, 128-bit ones for four.
@@ -227,13 +235,45 @@ macro_rules! register {
 
 #[cfg(target_arch = "x86_64")]
 register!(
-    Avx8, AvxMask, __m256, 8, _mm256_set1_ps, _mm256_loadu_ps, _mm256_storeu_ps, _mm256_add_ps, _mm256_sub_ps,
-    _mm256_mul_ps, _mm256_div_ps, _mm256_sqrt_ps, _mm256_min_ps, _mm256_max_ps, _mm256_and_ps, _mm256_or_ps,
-    _mm256_movemask_ps, _mm256_cmp_ps::<_CMP_LE_OQ>, _mm256_cmp_ps::<_CMP_LT_OQ>
+    Avx8,
+    AvxMask,
+    __m256,
+    8,
+    _mm256_set1_ps,
+    _mm256_loadu_ps,
+    _mm256_storeu_ps,
+    _mm256_add_ps,
+    _mm256_sub_ps,
+    _mm256_mul_ps,
+    _mm256_div_ps,
+    _mm256_sqrt_ps,
+    _mm256_min_ps,
+    _mm256_max_ps,
+    _mm256_and_ps,
+    _mm256_or_ps,
+    _mm256_movemask_ps,
+    _mm256_cmp_ps::<_CMP_LE_OQ>,
+    _mm256_cmp_ps::<_CMP_LT_OQ>
 );
 #[cfg(target_arch = "x86_64")]
 register!(
-    Sse4, SseMask, __m128, 4, _mm_set1_ps, _mm_loadu_ps, _mm_storeu_ps, _mm_add_ps, _mm_sub_ps, _mm_mul_ps,
-    _mm_div_ps, _mm_sqrt_ps, _mm_min_ps, _mm_max_ps, _mm_and_ps, _mm_or_ps, _mm_movemask_ps, _mm_cmple_ps,
+    Sse4,
+    SseMask,
+    __m128,
+    4,
+    _mm_set1_ps,
+    _mm_loadu_ps,
+    _mm_storeu_ps,
+    _mm_add_ps,
+    _mm_sub_ps,
+    _mm_mul_ps,
+    _mm_div_ps,
+    _mm_sqrt_ps,
+    _mm_min_ps,
+    _mm_max_ps,
+    _mm_and_ps,
+    _mm_or_ps,
+    _mm_movemask_ps,
+    _mm_cmple_ps,
     _mm_cmplt_ps
 );

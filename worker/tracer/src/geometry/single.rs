@@ -25,17 +25,29 @@ pub(super) trait Leaf<B: Backend> {
 
 /// The closest hit of one ray.
 #[inline(always)]
-pub(super) fn intersect<B: Backend, const PARTICLES: bool>(scene: &Geometry, ray: &Ray, key: u64) -> Option<Hit> {
+pub(super) fn intersect<B: Backend, const PARTICLES: bool>(
+    scene: &Geometry,
+    ray: &Ray,
+    key: u64,
+) -> Option<Hit> {
     if !ray.is_finite() {
         return None;
     }
     let mut best = Best::new(ray.t_max);
-    if let Some(t) = scene.water_distance(ray) && t <= best.t {
+    if let Some(t) = scene.water_distance(ray)
+        && t <= best.t
+    {
         best.set(t, rank::WATER);
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
     let boxes = BoxRay::<B>::new(o, d);
-    walk_closest(scene.top.nodes(), 0, &boxes, &Instances { scene, ray }, &mut best);
+    walk_closest(
+        scene.top.nodes(),
+        0,
+        &boxes,
+        &Instances { scene, ray },
+        &mut best,
+    );
     if PARTICLES && let Some(particles) = &scene.particles {
         let leaf = Clouds::<B>::new(particles, o, d, key);
         walk_closest(particles.tree.nodes(), 0, &boxes, &leaf, &mut best);
@@ -45,19 +57,33 @@ pub(super) fn intersect<B: Backend, const PARTICLES: bool>(scene: &Geometry, ray
 
 /// What stands between the ends of one ray.
 #[inline(always)]
-pub(super) fn transmittance<B: Backend, const PARTICLES: bool>(scene: &Geometry, ray: &Ray) -> Occlusion {
+pub(super) fn transmittance<B: Backend, const PARTICLES: bool>(
+    scene: &Geometry,
+    ray: &Ray,
+) -> Occlusion {
     if !ray.is_finite() {
         return Occlusion::CLEAR;
     }
     let best = Best::new(ray.t_max);
-    if let Some(t) = scene.water_distance(ray) && t <= best.t {
+    if let Some(t) = scene.water_distance(ray)
+        && t <= best.t
+    {
         return Occlusion::BLOCKED;
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
     let boxes = BoxRay::<B>::new(o, d);
     let mut depth = 0;
-    walk_dimming(scene.top.nodes(), &boxes, &Instances { scene, ray }, &best, &mut depth);
-    if PARTICLES && depth <= BLOCKING_DEPTH && let Some(particles) = &scene.particles {
+    walk_dimming(
+        scene.top.nodes(),
+        &boxes,
+        &Instances { scene, ray },
+        &best,
+        &mut depth,
+    );
+    if PARTICLES
+        && depth <= BLOCKING_DEPTH
+        && let Some(particles) = &scene.particles
+    {
         let leaf = Clouds::<B>::new(particles, o, d, 0);
         walk_dimming(particles.tree.nodes(), &boxes, &leaf, &best, &mut depth);
     }
@@ -70,9 +96,12 @@ pub(super) fn finish(best: &Best) -> Option<Hit> {
     let kind = match winner(best.rank) {
         Winner::Nothing => return None,
         Winner::Water => HitKind::Water,
-        Winner::Triangle { instance, prim } => {
-            HitKind::Triangle { instance, prim, u: best.v / best.det, v: best.w / best.det }
-        }
+        Winner::Triangle { instance, prim } => HitKind::Triangle {
+            instance,
+            prim,
+            u: best.v / best.det,
+            v: best.w / best.det,
+        },
         Winner::Particle { prim, inside } => HitKind::Particle { prim, inside },
     };
     Some(Hit { t: best.t, kind })
@@ -129,11 +158,19 @@ fn push_children(node: &Node8, mut mask: u32, near: &[f32; 8], stack: &mut Stack
     let Some(second) = take() else {
         return Some(first as u32);
     };
-    let (mut nearest, far) = if first < second { (first, second) } else { (second, first) };
+    let (mut nearest, far) = if first < second {
+        (first, second)
+    } else {
+        (second, first)
+    };
     stack.push(far);
     let mut count = 1;
     while let Some(e) = take() {
-        let far = if e < nearest { std::mem::replace(&mut nearest, e) } else { e };
+        let far = if e < nearest {
+            std::mem::replace(&mut nearest, e)
+        } else {
+            e
+        };
         stack.push_sorted(far, count);
         count += 1;
     }
@@ -142,7 +179,13 @@ fn push_children(node: &Node8, mut mask: u32, near: &[f32; 8], stack: &mut Stack
 
 /// In any order, until the depth blocks.
 #[inline(always)]
-fn walk_dimming<B: Backend, L: Leaf<B>>(nodes: &[Node8], ray: &BoxRay<B>, leaf: &L, best: &Best, depth: &mut u32) {
+fn walk_dimming<B: Backend, L: Leaf<B>>(
+    nodes: &[Node8],
+    ray: &BoxRay<B>,
+    leaf: &L,
+    best: &Best,
+    depth: &mut u32,
+) {
     let mut stack = Stack::new();
     let mut current = 0;
     loop {
@@ -176,8 +219,38 @@ impl Instances<'_> {
         let instance = &self.scene.instances[index as usize];
         let mesh = &self.scene.meshes[instance.mesh as usize];
         let (o, d) = into_local(instance, self.ray)?;
-        Some((BoxRay::new(o, d), Triangles { mesh, ray: TriRay::new(o, d), instance: index }))
+        Some((
+            BoxRay::new(o, d),
+            Triangles {
+                mesh,
+                ray: TriRay::new(o, d),
+                instance: index,
+            },
+        ))
     }
+}
+
+/// The closest hit of one ray with one instance.
+#[inline(always)]
+pub(super) fn closest_in_instance<B: Backend>(
+    scene: &Geometry,
+    ray: &Ray,
+    index: u32,
+    best: &mut Best,
+) {
+    Leaf::<B>::closest(&Instances { scene, ray }, index, best);
+}
+
+/// What one instance does to one ray.
+#[inline(always)]
+pub(super) fn dim_in_instance<B: Backend>(
+    scene: &Geometry,
+    ray: &Ray,
+    index: u32,
+    best: &Best,
+    depth: &mut u32,
+) {
+    Leaf::<B>::dim(&Instances { scene, ray }, index, best, depth);
 }
 
 /// The ray in mesh space. The direction keeps its length, so `t` stays the same.
@@ -193,12 +266,16 @@ pub(super) fn into_local(instance: &Instance, ray: &Ray) -> Option<([f32; 3], [f
 impl<B: Backend> Leaf<B> for Instances<'_> {
     #[inline(always)]
     fn closest(&self, block: u32, best: &mut Best) {
-        let Some((boxes, leaf)) = self.enter::<B>(block) else { return };
+        let Some((boxes, leaf)) = self.enter::<B>(block) else {
+            return;
+        };
         walk_closest(leaf.mesh.tree.nodes(), 0, &boxes, &leaf, best);
     }
     #[inline(always)]
     fn dim(&self, block: u32, best: &Best, depth: &mut u32) {
-        let Some((boxes, leaf)) = self.enter::<B>(block) else { return };
+        let Some((boxes, leaf)) = self.enter::<B>(block) else {
+            return;
+        };
         walk_dimming(leaf.mesh.tree.nodes(), &boxes, &leaf, best, depth);
     }
 }
@@ -214,8 +291,15 @@ impl<B: Backend> Leaf<B> for Triangles<'_, B> {
     #[inline(always)]
     fn closest(&self, block: u32, best: &mut Best) {
         let block = &self.mesh.blocks[block as usize];
-        let Some(hits) = hit_triangles::<B>(block, &self.ray, best.t) else { return };
-        let (t, v, w, det) = (hits.t.store(), hits.v.store(), hits.w.store(), hits.det.store());
+        let Some(hits) = hit_triangles::<B>(block, &self.ray, best.t) else {
+            return;
+        };
+        let (t, v, w, det) = (
+            hits.t.store(),
+            hits.v.store(),
+            hits.w.store(),
+            hits.det.store(),
+        );
         let mut mask = hits.mask;
         while mask != 0 {
             let lane = (mask.trailing_zeros() & 3) as usize;
@@ -248,7 +332,12 @@ impl<'a, B: Backend> Clouds<'a, B> {
     #[inline(always)]
     fn new(particles: &'a Particles, o: [f32; 3], d: [f32; 3], key: u64) -> Self {
         let splat = |x: [f32; 3]| [B::F8::splat(x[0]), B::F8::splat(x[1]), B::F8::splat(x[2])];
-        Self { particles, o: splat(o), d: splat(d), key }
+        Self {
+            particles,
+            o: splat(o),
+            d: splat(d),
+            key,
+        }
     }
 
     #[inline(always)]
@@ -281,7 +370,9 @@ impl<B: Backend> Leaf<B> for Clouds<'_, B> {
             let (lane, crossing) = ((bit & 7) as usize, bit >> 3 & 1);
             let t = distances[crossing as usize][lane];
             let rank = rank::particle(block.prim[lane], crossing);
-            if best.is_beaten_by(t, rank) && is_stopped(self.key, block.prim[lane], crossing, block.threshold[lane]) {
+            if best.is_beaten_by(t, rank)
+                && is_stopped(self.key, block.prim[lane], crossing, block.threshold[lane])
+            {
                 best.set(t, rank);
             }
         }

@@ -34,11 +34,21 @@ impl Geometry {
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match hit.kind {
             HitKind::Water => water_point(self.water_y().unwrap_or(0.0), ray, hit.t),
-            HitKind::Triangle { instance, prim, u, v } => match self.instances().get(instance as usize) {
-                Some(i) => triangle_point(i, self.meshes()[i.mesh() as usize].corners(prim), u, v, ray),
+            HitKind::Triangle {
+                instance,
+                prim,
+                u,
+                v,
+            } => match self.instances().get(instance as usize) {
+                Some(i) => {
+                    triangle_point(i, self.meshes()[i.mesh() as usize].corners(prim), u, v, ray)
+                }
                 None => along(ray, hit.t),
             },
-            HitKind::Particle { prim, .. } => match self.particles().and_then(|p| p.ellipsoids().get(prim as usize)) {
+            HitKind::Particle { prim, .. } => match self
+                .particles()
+                .and_then(|p| p.ellipsoids().get(prim as usize))
+            {
                 Some(e) => ellipsoid_point(e, ray, hit.t),
                 None => along(ray, hit.t),
             },
@@ -49,19 +59,33 @@ impl Geometry {
 /// For a hit of another geometry: a point on the ray.
 fn along(ray: &Ray, t: f32) -> SurfacePoint {
     let p = ray.at(t);
-    SurfacePoint { p, error: gamma(4) * (ray.o.abs() + p.abs()), n_geometric: -ray.d }
+    SurfacePoint {
+        p,
+        error: gamma(4) * (ray.o.abs() + p.abs()),
+        n_geometric: -ray.d,
+    }
 }
 
 /// The height is exact, so one float above it is above it.
 fn water_point(height: f32, ray: &Ray, t: f32) -> SurfacePoint {
     let p = ray.at(t);
     let error = gamma(4) * (ray.o.abs() + p.abs());
-    SurfacePoint { p: Vec3::new(p.x, height, p.z), error: Vec3::new(error.x, 0.0, error.z), n_geometric: Vec3::Y }
+    SurfacePoint {
+        p: Vec3::new(p.x, height, p.z),
+        error: Vec3::new(error.x, 0.0, error.z),
+        n_geometric: Vec3::Y,
+    }
 }
 
 /// Errors of the weighted sum, of the plane distance that a ray back computes
 /// (proportional to the edges), and of both ways through the transform.
-fn triangle_point(instance: &Instance, corners: [Vec3; 3], u: f32, v: f32, ray: &Ray) -> SurfacePoint {
+fn triangle_point(
+    instance: &Instance,
+    corners: [Vec3; 3],
+    u: f32,
+    v: f32,
+    ray: &Ray,
+) -> SurfacePoint {
     let [v0, v1, v2] = corners;
     let w = 1.0 - u - v;
     let local = w * v0 + u * v1 + v * v2;
@@ -71,7 +95,11 @@ fn triangle_point(instance: &Instance, corners: [Vec3; 3], u: f32, v: f32, ray: 
     let n = unit_cross(e1, e2);
     let world = &instance.world_from_local;
     if *world == Affine3A::IDENTITY {
-        return SurfacePoint { p: local, error: local_error, n_geometric: n.unwrap_or(-ray.d) };
+        return SurfacePoint {
+            p: local,
+            error: local_error,
+            n_geometric: n.unwrap_or(-ray.d),
+        };
     }
     let inverse = &instance.local_from_world;
     let p = world.transform_point3(local);
@@ -80,7 +108,11 @@ fn triangle_point(instance: &Instance, corners: [Vec3; 3], u: f32, v: f32, ray: 
     let back_again = gamma(4) * (back * p.abs() + Vec3::from(inverse.translation).abs());
     let error = (1.0 + gamma(4)) * (forth * (local_error + back_again)) + there;
     let n = n.and_then(|n| (Mat3::from(inverse.matrix3).transpose() * n).try_normalize());
-    SurfacePoint { p, error, n_geometric: n.unwrap_or(-ray.d) }
+    SurfacePoint {
+        p,
+        error,
+        n_geometric: n.unwrap_or(-ray.d),
+    }
 }
 
 /// The unit normal, if there is one; scaled first, so that nothing overflows.

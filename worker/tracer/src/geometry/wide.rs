@@ -66,7 +66,10 @@ impl WideTree {
         // One spare: the sorting push writes all children of a node, also the
         // one that is followed.
         if entries >= STACK_ENTRIES {
-            return Err(BuildError::TooDeep { entries, limit: STACK_ENTRIES });
+            return Err(BuildError::TooDeep {
+                entries,
+                limit: STACK_ENTRIES,
+            });
         }
         Ok(Self { nodes })
     }

@@ -8,18 +8,32 @@ use shearwater_tracer::geometry::{
 use super::shapes::Random;
 
 fn scene(ellipsoids: &[Ellipsoid]) -> Geometry {
-    Geometry::build(vec![], vec![], Some(Particles::build(ellipsoids).unwrap()), None).unwrap()
+    Geometry::build(
+        vec![],
+        vec![],
+        Some(Particles::build(ellipsoids).unwrap()),
+        None,
+    )
+    .unwrap()
 }
 
 fn sphere(centre: Vec3, radius: f32, opacity: f32) -> Ellipsoid {
-    Ellipsoid { centre, radii: Vec3::splat(radius), opacity }
+    Ellipsoid {
+        centre,
+        radii: Vec3::splat(radius),
+        opacity,
+    }
 }
 
 #[test]
 fn opaque_ellipsoids_are_hit_where_double_precision_says() {
     let mut r = Random(1);
     let all: Vec<_> = (0..300)
-        .map(|_| Ellipsoid { centre: r.cube() * 5.0, radii: (r.cube() + 1.1) * 0.4, opacity: 1.0 })
+        .map(|_| Ellipsoid {
+            centre: r.cube() * 5.0,
+            radii: (r.cube() + 1.1) * 0.4,
+            opacity: 1.0,
+        })
         .collect();
     let scene = scene(&all);
     let mut hits = 0;
@@ -70,9 +84,14 @@ fn small_spheres_far_away_are_neither_missed_nor_swollen() {
             let p = Vec3::new(r.unit() - 0.5, r.unit() - 0.5, distance);
             let ray = Ray::new(Vec3::ZERO, p.normalize());
             let hit = scene.intersect::<true>(&ray, 0).expect("no miss");
-            let radius = (ray.d.as_dvec3() * f64::from(hit.t) - glam::DVec3::Z * f64::from(distance)).length();
+            let radius = (ray.d.as_dvec3() * f64::from(hit.t)
+                - glam::DVec3::Z * f64::from(distance))
+            .length();
             let ulp = f64::from(distance.next_up() - distance);
-            assert!((radius - 1.0).abs() <= 2.0 * ulp + 1e-6, "{distance} {radius}");
+            assert!(
+                (radius - 1.0).abs() <= 2.0 * ulp + 1e-6,
+                "{distance} {radius}"
+            );
         }
     }
 }
@@ -80,23 +99,36 @@ fn small_spheres_far_away_are_neither_missed_nor_swollen() {
 #[test]
 fn layers_multiply_without_limit() {
     // 1000 nested spheres of opacity .005, from the centre: one crossing each.
-    let layers: Vec<_> = (0..1000).map(|i| sphere(Vec3::ZERO, 1.0 + i as f32 * 1e-4, 0.005)).collect();
+    let layers: Vec<_> = (0..1000)
+        .map(|i| sphere(Vec3::ZERO, 1.0 + i as f32 * 1e-4, 0.005))
+        .collect();
     let scene = scene(&layers);
     let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
     let depth = scene.transmittance_depth::<true>(&ray).depth();
     let transmittance = (-f64::from(depth) / f64::from(OPTICAL_DEPTH_SCALE)).exp();
-    assert!((transmittance / 0.006_653_97 - 1.0).abs() < 2e-3, "{transmittance}");
+    assert!(
+        (transmittance / 0.006_653_97 - 1.0).abs() < 2e-3,
+        "{transmittance}"
+    );
     // The same from the hashes of many rays: binomial, 3.5 sigma.
     let mut r = Random(6);
     let n = 100_000;
-    let passed = (0..n).filter(|_| scene.intersect::<true>(&ray, r.next()).is_none()).count();
+    let passed = (0..n)
+        .filter(|_| scene.intersect::<true>(&ray, r.next()).is_none())
+        .count();
     let expected = 0.006_653_97 * f64::from(n);
-    assert!((passed as f64 - expected).abs() < 3.5 * expected.sqrt(), "{passed} {expected}");
+    assert!(
+        (passed as f64 - expected).abs() < 3.5 * expected.sqrt(),
+        "{passed} {expected}"
+    );
 }
 
 #[test]
 fn keys_that_count_up_still_give_independent_decisions() {
-    let scene = scene(&[sphere(Vec3::ZERO, 1.0, 0.5), sphere(Vec3::Z * 3.0, 1.0, 0.5)]);
+    let scene = scene(&[
+        sphere(Vec3::ZERO, 1.0, 0.5),
+        sphere(Vec3::Z * 3.0, 1.0, 0.5),
+    ]);
     let ray = Ray::new(Vec3::Z * -4.0, Vec3::Z);
     let mut seen = [0_i32; 5];
     for key in 0..64_000_u64 {
@@ -124,14 +156,24 @@ fn opacity_one_blocks_and_zero_does_not() {
         assert!(clear.intersect::<true>(&ray, key).is_none());
     }
     // Enough thin layers block too.
-    let thick: Vec<_> = (0..30).map(|i| sphere(Vec3::ZERO, 1.0 + 0.01 * i as f32, 0.3)).collect();
+    let thick: Vec<_> = (0..30)
+        .map(|i| sphere(Vec3::ZERO, 1.0 + 0.01 * i as f32, 0.3))
+        .collect();
     assert!(scene(&thick).transmittance_depth::<true>(&ray).is_blocked());
 }
 
 #[test]
 fn what_lies_behind_the_end_does_not_count() {
     let scene = scene(&[sphere(Vec3::ZERO, 1.0, 0.5)]);
-    let depth = |t_max| scene.transmittance_depth::<true>(&Ray { o: Vec3::Z * -4.0, d: Vec3::Z, t_max }).depth();
+    let depth = |t_max| {
+        scene
+            .transmittance_depth::<true>(&Ray {
+                o: Vec3::Z * -4.0,
+                d: Vec3::Z,
+                t_max,
+            })
+            .depth()
+    };
     let one = depth(4.0);
     assert!((f64::from(one) / f64::from(OPTICAL_DEPTH_SCALE) - 2_f64.ln()).abs() < 1e-5);
     assert_eq!((depth(2.9), depth(5.1)), (0, 2 * one));
@@ -141,12 +183,30 @@ fn what_lies_behind_the_end_does_not_count() {
 fn bad_ellipsoids_are_refused() {
     let good = sphere(Vec3::ZERO, 1.0, 0.5);
     for bad in [
-        Ellipsoid { centre: Vec3::NAN, ..good },
-        Ellipsoid { radii: Vec3::new(1.0, 0.0, 1.0), ..good },
-        Ellipsoid { radii: Vec3::new(1.0, -1.0, 1.0), ..good },
-        Ellipsoid { radii: Vec3::INFINITY, ..good },
-        Ellipsoid { opacity: 1.5, ..good },
-        Ellipsoid { opacity: f32::NAN, ..good },
+        Ellipsoid {
+            centre: Vec3::NAN,
+            ..good
+        },
+        Ellipsoid {
+            radii: Vec3::new(1.0, 0.0, 1.0),
+            ..good
+        },
+        Ellipsoid {
+            radii: Vec3::new(1.0, -1.0, 1.0),
+            ..good
+        },
+        Ellipsoid {
+            radii: Vec3::INFINITY,
+            ..good
+        },
+        Ellipsoid {
+            opacity: 1.5,
+            ..good
+        },
+        Ellipsoid {
+            opacity: f32::NAN,
+            ..good
+        },
     ] {
         assert!(Particles::build(&[good, bad]).is_err(), "{bad:?}");
     }

@@ -11,7 +11,12 @@ fn bad_triangles_leave_the_others_alone() {
     let clean = soup(300, 3);
     let mut dirty = clean.clone();
     let at = dirty.0.len() as u32;
-    dirty.0.extend([Vec3::NAN, Vec3::new(0.0, f32::INFINITY, 0.0), Vec3::splat(0.1), Vec3::splat(0.2)]);
+    dirty.0.extend([
+        Vec3::NAN,
+        Vec3::new(0.0, f32::INFINITY, 0.0),
+        Vec3::splat(0.1),
+        Vec3::splat(0.2),
+    ]);
     dirty.1.extend([
         [at, at + 2, at + 3],
         [at + 1, at + 2, at + 3],
@@ -23,14 +28,21 @@ fn bad_triangles_leave_the_others_alone() {
     let mut r = Random(5);
     for _ in 0..5000 {
         let ray = Ray::new(r.cube() * 2.0, r.direction());
-        assert_eq!(clean.intersect::<false>(&ray, 0), dirty.intersect::<false>(&ray, 0));
+        assert_eq!(
+            clean.intersect::<false>(&ray, 0),
+            dirty.intersect::<false>(&ray, 0)
+        );
     }
 }
 
 #[test]
 fn empty_and_tiny_meshes() {
     let ray = Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z);
-    assert!(alone(&(vec![], vec![])).intersect::<false>(&ray, 0).is_none());
+    assert!(
+        alone(&(vec![], vec![]))
+            .intersect::<false>(&ray, 0)
+            .is_none()
+    );
     let nothing = Geometry::build(vec![], vec![], None, None).unwrap();
     assert!(nothing.intersect::<true>(&ray, 0).is_none());
     let one = alone(&(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]));
@@ -50,7 +62,9 @@ fn a_hundred_thousand_coincident_triangles() {
     let started = std::time::Instant::now();
     let scene = alone(&mesh);
     assert!(started.elapsed().as_secs() < 20);
-    let hit = scene.intersect::<false>(&Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z), 0).unwrap();
+    let hit = scene
+        .intersect::<false>(&Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z), 0)
+        .unwrap();
     assert!(format!("{hit:?}").contains("prim: 0"), "{hit:?}");
 }
 
@@ -77,13 +91,26 @@ fn huge_and_widely_spread_coordinates() {
         size *= 1.04;
     }
     let scene = alone(&(positions, triangles));
-    assert!(scene.intersect::<false>(&Ray::new(Vec3::new(0.3, 0.3, -1.0), Vec3::Z), 0).is_some());
+    assert!(
+        scene
+            .intersect::<false>(&Ray::new(Vec3::new(0.3, 0.3, -1.0), Vec3::Z), 0)
+            .is_some()
+    );
 }
 
 #[test]
 fn odd_rays_end() {
     for scene in [crowd(), crowd().without_avx2()] {
-        let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 0.0, -0.0, 1e-40, 1e38, -1.0];
+        let odd = [
+            f32::NAN,
+            f32::INFINITY,
+            f32::NEG_INFINITY,
+            0.0,
+            -0.0,
+            1e-40,
+            1e38,
+            -1.0,
+        ];
         let mut r = Random(1);
         for _ in 0..20_000 {
             let mut pick = || odd[r.below(odd.len())];
@@ -104,14 +131,34 @@ fn odd_rays_end() {
 fn wrong_indices_and_transforms_are_refused() {
     let one = [Vec3::ZERO, Vec3::X, Vec3::Y];
     let refused = TriMesh::build(&one, &[[0, 1, 2], [0, 1, 3]]).err();
-    assert_eq!(refused, Some(BuildError::VertexIndex { triangle: 1, vertex: 3, vertices: 3 }));
+    assert_eq!(
+        refused,
+        Some(BuildError::VertexIndex {
+            triangle: 1,
+            vertex: 3,
+            vertices: 3
+        })
+    );
     let flat = Affine3A::from_scale(Vec3::new(1.0, 0.0, 1.0));
-    assert_eq!(Instance::new(0, flat).err(), Some(BuildError::SingularTransform { mesh: 0 }));
+    assert_eq!(
+        Instance::new(0, flat).err(),
+        Some(BuildError::SingularTransform { mesh: 0 })
+    );
     let mut nan = Affine3A::IDENTITY;
     nan.matrix3 = Mat3A::from_diagonal(Vec3::new(f32::NAN, 1.0, 1.0));
     assert!(Instance::new(0, nan).is_err());
     let lost = Instance::new(7, Affine3A::IDENTITY).unwrap();
     let refused = Geometry::build(vec![], vec![lost], None, None).err();
-    assert_eq!(refused, Some(BuildError::MeshIndex { instance: 0, mesh: 7, meshes: 0 }));
-    assert_eq!(Geometry::build(vec![], vec![], None, Some(f32::NAN)).err(), Some(BuildError::WaterHeight));
+    assert_eq!(
+        refused,
+        Some(BuildError::MeshIndex {
+            instance: 0,
+            mesh: 7,
+            meshes: 0
+        })
+    );
+    assert_eq!(
+        Geometry::build(vec![], vec![], None, Some(f32::NAN)).err(),
+        Some(BuildError::WaterHeight)
+    );
 }

@@ -4,10 +4,10 @@ use glam::{Affine3A, Vec3};
 use shearwater_tracer::geometry::{Geometry, Instance, TriMesh};
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
-pub struct Random(pub u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
-    pub fn next(&mut self) -> u64 {
+    pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -16,20 +16,20 @@ impl Random {
     }
 
     /// In [0, 1).
-    pub fn unit(&mut self) -> f32 {
+    pub(crate) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1 << 24) as f32
     }
 
-    pub fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         (self.next() % n as u64) as usize
     }
 
     /// In the cube [-1, 1)^3.
-    pub fn cube(&mut self) -> Vec3 {
+    pub(crate) fn cube(&mut self) -> Vec3 {
         Vec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 
-    pub fn direction(&mut self) -> Vec3 {
+    pub(crate) fn direction(&mut self) -> Vec3 {
         loop {
             let v = self.cube();
             let l = v.length_squared();
@@ -40,10 +40,10 @@ impl Random {
     }
 }
 
-pub type Mesh = (Vec<Vec3>, Vec<[u32; 3]>);
+pub(crate) type Mesh = (Vec<Vec3>, Vec<[u32; 3]>);
 
 /// A closed bumpy ball: a cube's faces of `n * n` quads, blown up.
-pub fn ball(n: u32, centre: Vec3, radius: f32) -> Mesh {
+pub(crate) fn ball(n: u32, centre: Vec3, radius: f32) -> Mesh {
     let mut index = std::collections::BTreeMap::new();
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
@@ -79,7 +79,7 @@ pub fn ball(n: u32, centre: Vec3, radius: f32) -> Mesh {
 }
 
 /// Triangles anywhere in the unit cube, of many sizes and shapes.
-pub fn soup(count: usize, seed: u64) -> Mesh {
+pub(crate) fn soup(count: usize, seed: u64) -> Mesh {
     let mut r = Random(seed);
     let mut positions = Vec::new();
     let mut triangles = Vec::new();
@@ -97,17 +97,22 @@ pub fn soup(count: usize, seed: u64) -> Mesh {
 }
 
 /// One mesh where it is.
-pub fn alone(mesh: &Mesh) -> Geometry {
+pub(crate) fn alone(mesh: &Mesh) -> Geometry {
     let mesh = TriMesh::build(&mesh.0, &mesh.1).unwrap();
     let instance = Instance::new(0, Affine3A::IDENTITY).unwrap();
     Geometry::build(vec![mesh], vec![instance], None, None).unwrap()
 }
 
 /// An uneven, mirrored placement.
-pub fn skew(seed: u64) -> Affine3A {
+pub(crate) fn skew(seed: u64) -> Affine3A {
     let mut r = Random(seed);
-    let turn = glam::Quat::from_xyzw(r.unit(), r.unit() - 0.5, r.unit(), r.unit() + 0.1).normalize();
+    let turn =
+        glam::Quat::from_xyzw(r.unit(), r.unit() - 0.5, r.unit(), r.unit() + 0.1).normalize();
     let sign = if r.below(2) == 0 { -1.0 } else { 1.0 };
-    let scale = Vec3::new(sign * (0.3 + r.unit()), 0.3 + r.unit(), 0.3 + 2.0 * r.unit());
+    let scale = Vec3::new(
+        sign * (0.3 + r.unit()),
+        0.3 + r.unit(),
+        0.3 + 2.0 * r.unit(),
+    );
     Affine3A::from_scale_rotation_translation(scale, turn, r.cube() * 3.0)
 }

@@ -6,7 +6,8 @@ use shearwater_tracer::geometry::{Geometry, Ray};
 use super::shapes::{Random, alone, ball};
 
 fn leaks(scene: &Geometry, rays: impl Iterator<Item = Ray>) -> usize {
-    rays.filter(|ray| scene.intersect::<false>(ray, 0).is_none()).count()
+    rays.filter(|ray| scene.intersect::<false>(ray, 0).is_none())
+        .count()
 }
 
 fn aimed_leaks(offset: f32, vertex_rays: usize, edge_rays: usize) -> (usize, usize) {
@@ -55,7 +56,10 @@ fn along_the_axes_at_grid_corners() {
             o[axis] = 0.0;
             // Only where the ray starts inside.
             if o.length() < 0.8 {
-                assert!(scene.intersect::<false>(&Ray::new(o, d), 0).is_some(), "{p} {axis}");
+                assert!(
+                    scene.intersect::<false>(&Ray::new(o, d), 0).is_some(),
+                    "{p} {axis}"
+                );
             }
         }
     }
@@ -81,7 +85,11 @@ fn slivers_a_hundred_metres_long() {
         (0..200_000).map(|_| {
             let i = 2 * (1 + r.below(998));
             let p = positions[i].lerp(positions[i + 1], 0.001 + 0.99 * r.unit());
-            let from = p + Vec3::new(30.0 * r.unit() - 15.0, 10.0 * r.unit(), -20.0 - 80.0 * r.unit());
+            let from = p + Vec3::new(
+                30.0 * r.unit() - 15.0,
+                10.0 * r.unit(),
+                -20.0 - 80.0 * r.unit(),
+            );
             Ray::new(from, (p - from).normalize())
         }),
     );
