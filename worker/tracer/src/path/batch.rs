@@ -13,7 +13,7 @@ use shearwater_shared::film::FEATURE_CHANNELS;
 use shearwater_shared::limits::PATH_DEPTH_MAX;
 
 /// Paths of a batch: the width of a ray packet.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Scatterings before Russian roulette begins.
 const ROULETTE_FROM: u32 = 1;
@@ -24,13 +24,13 @@ const CONE_ANGLE_MAX: f32 = 0.5;
 
 /// What one path found.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PathResult {
+pub(crate) struct PathResult {
     /// Radiance, linear RGB.
-    pub radiance: Vec3,
+    pub(crate) radiance: Vec3,
     /// Features of the first hit, as in [`shearwater_shared::film::TileSums`].
-    pub features: [f32; FEATURE_CHANNELS],
+    pub(crate) features: [f32; FEATURE_CHANNELS],
     /// The path ended at the safety cap on its depth.
-    pub depth_capped: bool,
+    pub(crate) depth_capped: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -48,7 +48,7 @@ struct Path {
 
 /// Trace the samples `indices` (at most [`LANES`]) of pixel (x, y). `PARTICLES`
 /// says whether the scene has semi-opaque particles.
-pub fn trace_batch<const PARTICLES: bool>(
+pub(crate) fn trace_batch<const PARTICLES: bool>(
     scene: &Scene,
     x: u32,
     y: u32,
@@ -94,7 +94,9 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
 
 #[inline]
 fn camera_hits<const PARTICLES: bool>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
-    std::array::from_fn(|i| scene.geometry.intersect::<PARTICLES>(&paths[i].ray, paths[i].stream.segment_key(0)))
+    let rays = paths.map(|p| p.ray);
+    let keys = paths.map(|p| p.stream.segment_key(0));
+    scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
 }
 
 // The first vertex: features, the sky's shadow ray at once, the sun's for the
@@ -135,7 +137,7 @@ fn sun_packet<const PARTICLES: bool>(
         return;
     }
     let rays = sun_rays.map(|r| r.map_or(some.ray, |r| r.ray));
-    let seen = rays.map(|ray| scene.geometry.transmittance_depth::<PARTICLES>(&ray));
+    let seen = scene.geometry.transmittance_depth8::<PARTICLES>(&rays);
     for lane in 0..LANES {
         if let Some(shadow) = sun_rays[lane] {
             results[lane].radiance += shadow.contribution * transmittance(seen[lane]);

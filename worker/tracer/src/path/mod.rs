@@ -5,4 +5,4 @@ mod direct;
 mod escape;
 mod interaction;
 
-pub use batch::{LANES, PathResult, trace_batch};
+pub(crate) use batch::{LANES, PathResult, trace_batch};

@@ -8,13 +8,13 @@ use crate::camera::Camera;
 use crate::cloud;
 use crate::geometry::{BuildError, Ellipsoid, Geometry, Instance, Particles, TriMesh};
 use crate::light::{SkyLight, SunLight};
-use crate::load::{LoadedMesh, load_mesh, load_sky};
+use crate::load::{load_mesh, load_sky, resolve_materials};
 use crate::water::Sea;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::limits::PARTICLES_MAX;
-use shearwater_shared::scene::{SceneDescription, SceneError, Sky};
+use shearwater_shared::scene::{self, Material, SceneDescription, SceneError, Sky};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -56,26 +56,14 @@ impl Scene {
         let mut report = BuildReport::default();
         let origin = DVec3::from_array(description.camera.position_m);
         let mut textures = Textures::new(assets);
-        let names: Vec<&String> = description.meshes.keys().collect();
         let meshes = build_meshes(description, assets, &mut report)?;
         let sea = description.water.as_ref().map(|water| Sea::build(water, origin.to_array()));
-        let tables = build_tables(description, sea.as_ref())?;
-        let mut materials = Materials::new(description, &tables, &mut textures)?;
-        let mut placed = Vec::new();
-        let mut instances = Vec::new();
-        for (number, instance) in description.instances.iter().enumerate() {
-            let path = format!("instances[{number}]");
-            let Some(mesh) = names.iter().position(|name| **name == instance.mesh) else {
-                return Err(SceneError::new("scene.json", path, format!("no mesh is named `{}`", instance.mesh)));
-            };
-            let affine = world_from_local(instance, origin);
-            placed.push(Instance::new(mesh as u32, affine).map_err(|e| geometry_error(&path, &e))?);
-            let numbers = materials.of_instance(description, &instance.mesh, instance.material.as_deref(), &meshes[mesh].2, &mut textures, &mut report)?;
-            instances.push(InstanceShading { mesh: mesh as u32, materials: numbers, normal_from_local: normal_from_local(&affine) });
-        }
+        let tables = build_tables(description, &meshes, sea.as_ref())?;
+        let materials = Materials::new(description, &meshes, &tables, &mut textures)?;
+        let (placed, instances) = place(description, &materials, origin)?;
         let (particles, particle_cloud) = build_clouds(description, origin)?;
         report.particles = particle_cloud.len();
-        let (trees, shading): (Vec<TriMesh>, Vec<MeshShading>) = meshes.into_iter().map(|(tree, shading, _)| (tree, shading)).unzip();
+        let (trees, shading) = meshes.into_iter().map(|mesh| (mesh.tree, mesh.shading)).unzip();
         let water_y = sea.as_ref().map(|sea| (sea.height_m - origin.y) as f32);
         let geometry = Geometry::build(trees, placed, particles, water_y).map_err(|e| geometry_error(".", &e))?;
         let geometry = if options.portable_simd { geometry.without_avx2() } else { geometry };
@@ -104,40 +92,70 @@ fn geometry_error(path: &str, error: &BuildError) -> SceneError {
     SceneError::new("scene.json", path, error.to_string())
 }
 
-type BuiltMesh = (TriMesh, MeshShading, LoadedMesh);
+struct BuiltMesh {
+    tree: TriMesh,
+    shading: MeshShading,
+    materials: Vec<Material>,
+    notes: Vec<String>,
+}
 
-fn build_meshes(description: &SceneDescription, assets: &Assets, report: &mut BuildReport) -> Result<Vec<BuiltMesh>, SceneError> {
-    let built: Vec<Result<(BuiltMesh, Vec<String>), SceneError>> = description
-        .meshes
-        .par_iter()
-        .map(|(name, mesh)| {
-            let (mut loaded, notes) = load_mesh(&mesh.file, mesh, assets)?;
-            let tree = TriMesh::build(&loaded.positions, &loaded.triangles)
-                .map_err(|e| SceneError::new(&mesh.file, ".", e.to_string()))?;
-            let shading = MeshShading {
-                triangles: std::mem::take(&mut loaded.triangles),
-                normals: std::mem::take(&mut loaded.normals),
-                uvs: std::mem::take(&mut loaded.uvs),
-                material_of: std::mem::take(&mut loaded.material_of),
-            };
-            loaded.positions = Vec::new();
-            let notes = notes.texts().into_iter().map(|note| format!("{name}: {note}")).collect();
-            Ok(((tree, shading, loaded), notes))
-        })
-        .collect();
+fn build_meshes(
+    description: &SceneDescription,
+    assets: &Assets,
+    report: &mut BuildReport,
+) -> Result<Vec<BuiltMesh>, SceneError> {
+    let entries: Vec<_> = description.meshes.iter().collect();
+    let built: Vec<Result<BuiltMesh, SceneError>> =
+        entries.par_iter().map(|(name, mesh)| build_mesh(name, mesh, description, assets)).collect();
     let mut meshes = Vec::with_capacity(built.len());
     for mesh in built {
-        let (mesh, notes) = mesh?;
-        report.triangles += mesh.1.triangles.len();
-        report.notes.extend(notes);
+        let mut mesh = mesh?;
+        report.triangles += mesh.shading.triangles.len();
+        report.notes.append(&mut mesh.notes);
         meshes.push(mesh);
     }
     Ok(meshes)
 }
 
-fn build_tables(description: &SceneDescription, sea: Option<&Sea>) -> Result<Tables, SceneError> {
+fn build_mesh(
+    name: &str,
+    mesh: &scene::Mesh,
+    description: &SceneDescription,
+    assets: &Assets,
+) -> Result<BuiltMesh, SceneError> {
+    let (loaded, notes) = load_mesh(&mesh.file, mesh, assets)?;
+    let materials = resolve_materials(&mesh.file, mesh, &loaded, &description.materials, assets)?;
+    let tree = TriMesh::build(&loaded.positions, &loaded.triangles)
+        .map_err(|e| SceneError::new(&mesh.file, ".", e.to_string()))?;
+    let notes = if notes.is_empty() { Vec::new() } else { vec![format!("mesh {name}: {notes}")] };
+    let shading = MeshShading {
+        triangles: loaded.triangles,
+        normals: loaded.normals,
+        uvs: loaded.uvs,
+        material_of: loaded.material_of,
+    };
+    Ok(BuiltMesh { tree, shading, materials, notes })
+}
+
+type Placed = (Vec<Instance>, Vec<InstanceShading>);
+
+fn place(description: &SceneDescription, materials: &Materials, origin: DVec3) -> Result<Placed, SceneError> {
+    let (mut placed, mut shading) = (Vec::new(), Vec::new());
+    for (number, instance) in description.instances.iter().enumerate() {
+        let path = format!("instances[{number}]");
+        let numbers = materials.of_instance(instance).map_err(|e| SceneError::new("scene.json", &*path, e))?;
+        // `of_instance` has found the mesh; its number is its place among the names.
+        let mesh = description.meshes.keys().position(|name| *name == instance.mesh).unwrap_or(0) as u32;
+        let affine = world_from_local(instance, origin);
+        placed.push(Instance::new(mesh, affine).map_err(|e| geometry_error(&path, &e))?);
+        shading.push(InstanceShading { mesh, materials: numbers, normal_from_local: normal_from_local(&affine) });
+    }
+    Ok((placed, shading))
+}
+
+fn build_tables(description: &SceneDescription, meshes: &[BuiltMesh], sea: Option<&Sea>) -> Result<Tables, SceneError> {
     let needs = TableNeeds {
-        schlick: description.materials.values().any(needs_schlick),
+        schlick: description.materials.values().chain(meshes.iter().flat_map(|m| &m.materials)).any(needs_schlick),
         etas: sea.map(|sea| sea.ior).into_iter().collect(),
     };
     Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
@@ -161,7 +179,7 @@ fn build_sky(description: &SceneDescription, assets: &Assets) -> Result<Option<S
             for value in image.rgb.iter_mut().flatten() {
                 *value *= map.intensity;
             }
-            Some(SkyLight::map(image.width, image.height, image.rgb, map.rotation_deg))
+            Some(SkyLight::map(image.width as usize, image.height as usize, image.rgb, map.rotation_deg))
         }
     })
 }
@@ -169,7 +187,7 @@ fn build_sky(description: &SceneDescription, assets: &Assets) -> Result<Option<S
 // Particles wholly under the water can be neither seen nor shadow anything.
 fn build_clouds(description: &SceneDescription, origin: DVec3) -> Result<(Option<Particles>, Vec<u16>), SceneError> {
     let floor = description.water.as_ref().map(|water| {
-        let shearwater_shared::scene::Water::Tessendorf(sea) = water;
+        let scene::Water::Tessendorf(sea) = water;
         (sea.height_m - origin.y) as f32
     });
     let mut ellipsoids: Vec<Ellipsoid> = Vec::new();
@@ -192,67 +210,46 @@ fn build_clouds(description: &SceneDescription, origin: DVec3) -> Result<(Option
     Ok((Some(particles), owners))
 }
 
-// The scene's materials by number; those of MTL files are added as met.
-struct Materials<'a> {
+// Materials by number: the scene's own for instances that replace their mesh's,
+// and those of each mesh.
+struct Materials {
     list: Vec<SurfaceMaterial>,
-    of_scene: BTreeMap<&'a str, u32>,
-    of_mtl: BTreeMap<(String, String), u32>,
+    of_scene: BTreeMap<String, u32>,
+    of_mesh: BTreeMap<String, Vec<u32>>,
 }
 
-impl<'a> Materials<'a> {
-    fn new(description: &'a SceneDescription, tables: &Tables, textures: &mut Textures<'_>) -> Result<Self, SceneError> {
+impl Materials {
+    fn new(
+        description: &SceneDescription,
+        meshes: &[BuiltMesh],
+        tables: &Tables,
+        textures: &mut Textures<'_>,
+    ) -> Result<Self, SceneError> {
         let mut list = Vec::new();
+        let mut add = |name: &str, material: &Material, textures: &mut Textures<'_>| {
+            list.push(SurfaceMaterial::new(name, material, tables, textures)?);
+            Ok::<u32, SceneError>(list.len() as u32 - 1)
+        };
         let mut of_scene = BTreeMap::new();
         for (name, material) in &description.materials {
-            of_scene.insert(name.as_str(), list.len() as u32);
-            list.push(SurfaceMaterial::new(name, material, tables, textures)?);
+            of_scene.insert(name.clone(), add(name, material, textures)?);
         }
-        Ok(Self { list, of_scene, of_mtl: BTreeMap::new() })
+        let mut of_mesh = BTreeMap::new();
+        for (name, mesh) in description.meshes.keys().zip(meshes) {
+            let numbers = mesh.materials.iter().map(|material| add(name, material, textures));
+            of_mesh.insert(name.clone(), numbers.collect::<Result<Vec<_>, _>>()?);
+        }
+        Ok(Self { list, of_scene, of_mesh })
     }
 
-    // For each material of the mesh: the instance's own, the one the scene maps it
-    // to, the scene's of the same name, the MTL file's, or a grey that is reported.
-    fn of_instance(
-        &mut self,
-        description: &SceneDescription,
-        mesh: &str,
-        replacement: Option<&str>,
-        loaded: &LoadedMesh,
-        textures: &mut Textures<'_>,
-        report: &mut BuildReport,
-    ) -> Result<Vec<u32>, SceneError> {
-        let mapping = description.meshes.get(mesh).map(|m| &m.materials);
-        let mut numbers = Vec::with_capacity(loaded.materials.len());
-        for name in &loaded.materials {
-            let mapped = replacement.or_else(|| mapping.and_then(|m| m.get(name)).map(String::as_str));
-            let wanted = mapped.unwrap_or(name);
-            if let Some(&number) = self.of_scene.get(wanted) {
-                numbers.push(number);
-                continue;
-            }
-            if mapped.is_some() {
-                let message = format!("no material is named `{wanted}`");
-                return Err(SceneError::new("scene.json", format!("meshes.{mesh}.materials"), message));
-            }
-            let key = (mesh.to_owned(), name.clone());
-            let number = match self.of_mtl.get(&key) {
-                Some(&number) => number,
-                None => {
-                    let material = match loaded.mtl.get(name) {
-                        Some(mtl) => SurfaceMaterial::from_mtl(mtl, textures)?,
-                        None => {
-                            report.notes.push(format!("{mesh}: material `{name}` is defined nowhere; it is grey"));
-                            SurfaceMaterial::grey()
-                        }
-                    };
-                    self.list.push(material);
-                    self.of_mtl.insert(key, self.list.len() as u32 - 1);
-                    self.list.len() as u32 - 1
-                }
-            };
-            numbers.push(number);
+    fn of_instance(&self, instance: &scene::Instance) -> Result<Vec<u32>, String> {
+        let of_mesh = self.of_mesh.get(&instance.mesh).ok_or_else(|| format!("no mesh is named `{}`", instance.mesh))?;
+        match &instance.material {
+            None => Ok(of_mesh.clone()),
+            Some(name) => match self.of_scene.get(name) {
+                Some(&number) => Ok(vec![number; of_mesh.len()]),
+                None => Err(format!("no material is named `{name}`")),
+            },
         }
-        Ok(numbers)
     }
 }
-

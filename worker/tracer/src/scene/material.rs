@@ -2,7 +2,7 @@
 
 use super::Assets;
 use crate::bsdf::{Bsdf, Ggx, GgxParameters, GgxReport, Phong, Tables};
-use crate::load::{MtlMaterial, Texture, load_texture};
+use crate::load::{Texture, load_texture};
 use glam::Vec3;
 use shearwater_shared::scene::{GgxModel, Material, SceneError};
 use std::collections::BTreeMap;
@@ -79,17 +79,6 @@ impl SurfaceMaterial {
             }
         };
         Ok(Self { kind, texture })
-    }
-
-    /// A material of an MTL file: its diffuse colour and texture.
-    pub(super) fn from_mtl(mtl: &MtlMaterial, textures: &mut Textures<'_>) -> Result<Self, SceneError> {
-        let texture = mtl.map_kd.as_deref().map(|file| textures.number(file)).transpose()?;
-        Ok(Self { kind: Kind::Lambert { albedo: mtl.kd.clamp(Vec3::ZERO, Vec3::ONE) }, texture })
-    }
-
-    /// What stands in for a material that nobody defined.
-    pub(super) fn grey() -> Self {
-        Self { kind: Kind::Lambert { albedo: Vec3::splat(0.5) }, texture: None }
     }
 
     /// Scattering where the texture has the colour `tint`.

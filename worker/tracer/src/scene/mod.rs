@@ -82,7 +82,7 @@ impl Scene {
         let tint = match material.texture {
             Some(texture) if !mesh.uvs.is_empty() => {
                 let uv = mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
-                self.textures[texture as usize].rgb(uv.x, uv.y)
+                Vec3::from_array(self.textures[texture as usize].rgb(uv.x, uv.y))
             }
             _ => Vec3::ONE,
         };

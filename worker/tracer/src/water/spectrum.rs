@@ -31,7 +31,7 @@ pub struct HeightField {
 /// area (2 pi / tile)^2 of a grid cell for the variance that one wave carries, so
 /// that the sea does not depend on the size of the tile.
 #[must_use]
-pub fn phillips(sea: &TessendorfWater, kx: f64, kz: f64) -> f64 {
+fn phillips(sea: &TessendorfWater, kx: f64, kz: f64) -> f64 {
     let k2 = kx * kx + kz * kz;
     if k2 <= 0.0 || sea.wind_speed_mps <= 0.0 {
         return 0.0;
