@@ -540,7 +540,7 @@ fn the_schema_refuses_unknown_fields_and_knows_the_tags() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, rng_seed: proptest::test_runner::RngSeed::Fixed(7), ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, rng_seed: proptest::test_runner::RngSeed::Fixed(7), failure_persistence: None, ..ProptestConfig::default() })]
 
     /// Any bytes changed, removed or doubled in a scene: an answer, not a panic.
     #[test]

@@ -1,1 +1,3 @@
 //! The path tracer: scene in, exact sums out.
+
+pub mod load;
