@@ -127,7 +127,7 @@ fn wrap(coordinate: f32) -> f32 {
     let part = coordinate - coordinate as i32 as f32;
     let part = if part < 0.0 { part + 1.0 } else { part };
     // Beyond 2^31 the cast saturates; such a number has no part anyway.
-    if part >= 0.0 && part <= 1.0 {
+    if (0.0..=1.0).contains(&part) {
         part
     } else {
         0.0
