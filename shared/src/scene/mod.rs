@@ -16,6 +16,8 @@ mod range;
 pub mod references;
 mod sky;
 mod tagged;
+#[cfg(test)]
+mod test_scene;
 mod validate;
 mod water;
 

@@ -344,3 +344,7 @@ fn post(at: &At<'_>, post: &Post) -> Result<(), SceneError> {
     number(&at.field("radius"), bloom.radius, SHARE, radius)?;
     count(&at.field("passes"), bloom.passes.into(), 1, 16)
 }
+
+#[cfg(test)]
+#[path = "validate_tests.rs"]
+mod tests;

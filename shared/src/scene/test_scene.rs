@@ -1,0 +1,59 @@
+//! A scene for tests, and ways to break it.
+
+use crate::scene::parse;
+use serde_json::{Value, json};
+
+/// A scene that uses every part of the format.
+pub(super) fn full() -> Value {
+    json!({
+        "version": 1, "name": "all of it",
+        "image": {"width": 64, "height": 32}, "job": {"samples": 16},
+        "camera": {"position_m": [0, 2, 10], "target_m": [0, 1, 0], "up": [0, 1, 0],
+            "vertical_fov_deg": 40, "shutter_s": 0.5, "lens_radius_m": 0.01, "focus_distance_m": 9},
+        "materials": {
+            "clay": {"type": "lambert", "albedo": [0.5, 0.5, 0.5], "albedo_texture": "tex/clay.png"},
+            "gloss": {"type": "phong", "kd": [0.9, 0.5, 0.5], "ks": [0.1, 0.1, 0.1], "exponent": 50},
+            "livery": {"roughness": 0.3, "type": "ggx", "metalness": 0.5, "model": "report"}
+        },
+        "meshes": {"plane": {"file": "models/plane.obj", "normals": "flat", "crease_angle_deg": 30,
+            "materials": {"Body 1": "livery"}}},
+        "instances": [{"mesh": "plane"}, {"mesh": "plane", "translate_m": [1, 2, 3],
+            "rotate_deg": [0, 90, 0], "scale": [1, -1, 2], "material": "clay"}],
+        "sky": {"type": "map", "file": "sky.exr", "rotation_deg": 10, "intensity": 2},
+        "sun": {"azimuth_deg": 10, "elevation_deg": 3, "radiance": [9, 8, 7]},
+        "water": {"type": "tessendorf", "tile_m": 50, "wind_speed_mps": 8},
+        "clouds": [{"centre_m": [0, 0, 0], "radii_m": [1, 1, 1], "direction": [0, 0, 1],
+            "length_m": 5, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]}],
+        "post": {"exposure_ev": 1, "bloom": {"strength": 0.2, "radius": 0.05}, "view": "standard"}
+    })
+}
+
+/// Set a place of [`full`] (a JSON pointer); `null` as value removes it.
+pub(super) fn with(pointer: &str, value: Value) -> String {
+    let mut scene = full();
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    match scene.pointer_mut(parent).unwrap() {
+        Value::Object(map) if value.is_null() => {
+            map.remove(key);
+        }
+        Value::Object(map) => {
+            map.insert(key.to_owned(), value);
+        }
+        Value::Array(list) => list[key.parse::<usize>().unwrap()] = value,
+        _ => panic!("{pointer}"),
+    }
+    scene.to_string()
+}
+
+pub(super) fn fails(text: &str, path: &str, message: &str) {
+    let error = parse(text.as_bytes()).unwrap_err();
+    assert_eq!(
+        (error.file.as_str(), error.path.as_str()),
+        ("scene.json", path),
+        "{error}"
+    );
+    assert!(
+        error.message.contains(message),
+        "{error} should say {message}"
+    );
+}
