@@ -1,6 +1,7 @@
 //! White furnace: under light of radiance 1 from everywhere, what a surface
 //! shows is its directional albedo E. The tables were computed elsewhere in
-//! f64.
+//! f64, graded towards the tail of the lobe for alpha = 0.01 (its last 1e-4
+//! lies beyond an even midpoint rule).
 
 #[path = "bsdf_support/mod.rs"]
 mod support;
@@ -14,10 +15,10 @@ use support::{Moments, uniform3};
 const ANGLES_DEG: [f64; 7] = [0.0, 30.0, 60.0, 75.0, 85.0, 89.0, 89.99];
 /// E over [`ANGLES_DEG`] for a white metal, by alpha.
 const SMITH: [(f32, [f64; 7]); 7] = [
-    (0.001, [1.0, 1.0, 1.0, 1.0, 0.9999, 0.9982, 0.966]),
+    (0.001, [1.0, 1.0, 1.0, 1.0, 0.9999, 0.9982, 0.9656]),
     (
         0.01,
-        [1.0, 0.99999, 0.99977, 0.9992, 0.9922, 0.9049, 0.9963],
+        [0.99990, 0.99988, 0.99974, 0.9992, 0.9922, 0.9049, 0.9963],
     ),
     (
         0.1,
@@ -33,11 +34,11 @@ const SMITH: [(f32, [f64; 7]); 7] = [
     ),
     (
         0.75,
-        [0.46392, 0.48165, 0.56462, 0.67462, 0.82660, 0.9448, 0.9990],
+        [0.46392, 0.48165, 0.56462, 0.67462, 0.82660, 0.9448, 0.99885],
     ),
     (
         1.0,
-        [0.30685, 0.33520, 0.45069, 0.59060, 0.78005, 0.9290, 0.9986],
+        [0.30685, 0.33520, 0.45069, 0.59060, 0.78005, 0.9290, 0.99849],
     ),
 ];
 /// The same with k = (alpha + 1)^2/8.
@@ -45,7 +46,7 @@ const REPORT: [(f32, [f64; 7]); 7] = [
     (0.001, [1.0, 0.9623, 0.7898, 0.5417, 0.1872, 0.0157, 0.0003]),
     (
         0.01,
-        [0.9998, 0.9614, 0.7862, 0.5364, 0.1875, 0.0285, 0.0116],
+        [0.99966, 0.9614, 0.7862, 0.5364, 0.1875, 0.0285, 0.0116],
     ),
     (
         0.1,
@@ -99,7 +100,7 @@ const PHONG: [(f32, [f64; 7]); 6] = [
 const POINTS: u32 = 60_000;
 /// Samples of a Monte Carlo mean: four sigma stay below [`MONTE_CARLO_MAX`].
 const SAMPLES: u64 = 400_000;
-const MONTE_CARLO_MAX: f64 = 2.6e-3;
+const MONTE_CARLO_MAX: f64 = 5e-3;
 const ETA: f32 = 1.333;
 /// A white body under any interface shows 1; the albedo table's interpolation
 /// is what is left.
@@ -138,9 +139,14 @@ fn albedo(bsdf: &Bsdf, tables: &Tables, degrees: f64, narrow: Narrow) -> f64 {
 }
 
 /// The tables hold four or five digits; very smooth surfaces beyond 85 degrees
-/// are harder to integrate.
+/// are harder to integrate. At alpha 1e-3 within 1 degree of the horizon the
+/// half vector is a difference of nearly opposite f32 directions and its grain
+/// is 3 % of the lobe: `eval_pdf` cannot be better, but `sample` is (its weight
+/// does not contain D) and is held to the table there as elsewhere.
 fn tolerance(alpha: f32, degrees: f64) -> f64 {
-    if alpha < 0.05 && degrees >= 85.0 {
+    if alpha < 0.005 && degrees > 89.5 {
+        1e-2
+    } else if alpha < 0.05 && degrees >= 85.0 {
         5e-4
     } else {
         1e-4
@@ -185,7 +191,8 @@ fn check_metal(model: GgxModel, table: &[(f32, [f64; 7])]) {
                 "{model:?} {alpha} at {degrees}: {e} {expected}"
             );
             assert!(e <= 1.0 + 1e-4);
-            if alpha >= 0.01 {
+            // Sampling D alone has no bounded weight towards grazing.
+            if model == GgxModel::Corrected || degrees <= 60.0 {
                 assert_sampled("metal", &bsdf, &tables, degrees, expected);
             }
         }

@@ -27,7 +27,7 @@ impl AlphaRow {
     #[inline]
     pub(super) fn new(alpha: f32) -> Self {
         let place = alpha.clamp(0.0, 1.0).sqrt().sqrt() * (ALPHA_NODES - 1) as f32;
-        let index = (place as usize).min(ALPHA_NODES - 2);
+        let index = (place as i32 as usize).min(ALPHA_NODES - 2);
         Self {
             index: index as u16,
             blend: place - index as f32,
@@ -74,7 +74,7 @@ impl<const N: usize> AlbedoGrid<N> {
     #[inline]
     pub(super) fn at(&self, row: AlphaRow, mu: f32) -> [f32; N] {
         let place = mu.clamp(0.0, 1.0).sqrt() * (MU_NODES - 1) as f32;
-        let column = (place as usize).min(MU_NODES - 2);
+        let column = (place as i32 as usize).min(MU_NODES - 2);
         let blend = place - column as f32;
         let start = usize::from(row.index) * MU_NODES + column;
         // Always there: index <= ALPHA_NODES - 2.
@@ -122,7 +122,10 @@ fn directional_albedo<const N: usize>(
             let length_i = smith_length(alpha, wi);
             let shadowing = wi.z * (wo.z + length_o) / (wo.z * length_i + wi.z * length_o);
             let weight = 3.0 * v * v * shadowing;
-            for (sum, f) in sums.iter_mut().zip(laws(wo.dot(h))) {
+            for (sum, f) in sums
+                .iter_mut()
+                .zip(laws(wo.dot(h) / h.length_squared().sqrt()))
+            {
                 *sum += f64::from(weight * f);
             }
         }

@@ -68,7 +68,7 @@ impl GgxReport {
     #[inline]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         let half = wo + wi;
-        let length = half.length();
+        let length = half.length_squared().sqrt();
         if length <= 0.0 {
             return (Vec3::ZERO, 0.0);
         }

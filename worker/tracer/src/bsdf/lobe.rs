@@ -60,7 +60,7 @@ pub(super) fn mixture_sample(wi: Vec3, (value, pdf): (Vec3, f32)) -> Option<Bsdf
     if pdf > 0.0 && value != Vec3::ZERO {
         Some(BsdfSample {
             wi,
-            weight: value / pdf,
+            weight: value * (1.0 / pdf),
             pdf,
             delta: false,
         })

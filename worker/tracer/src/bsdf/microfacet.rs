@@ -2,7 +2,7 @@
 //! local coordinates (z is the shading normal, both directions leave the
 //! surface).
 
-use core::f32::consts::PI;
+use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
@@ -35,7 +35,7 @@ pub fn ggx_d(alpha: f32, half: Vec3) -> f32 {
     let spread = half.x * half.x + half.y * half.y + a2 * half.z * half.z;
     // length^4 / spread^2, divided first: spread^2 alone can underflow.
     let ratio = length2 / spread;
-    a2 * ratio * ratio / PI
+    FRAC_1_PI * a2 * ratio * ratio
 }
 
 /// sqrt(z^2 + alpha^2 (x^2 + y^2)), the common part of Smith's functions:
@@ -55,40 +55,41 @@ pub fn reflection(alpha: f32, wo: Vec3, wi: Vec3) -> Reflection {
     let half = wo + wi;
     let half_d = 0.5 * ggx_d(alpha, half);
     let (length_o, length_i) = (smith_length(alpha, wo), smith_length(alpha, wi));
+    // G2 / (4 zo zi) = 1 / (2 (zo Li + zi Lo)); G1(o) / (4 zo) = 1 / (2 (zo + Lo)).
+    let both = wo.z * length_i + wi.z * length_o;
+    let one = wo.z + length_o;
+    let scaled = half_d / (both * one);
     Reflection {
-        // G2 / (4 zo zi) = 1 / (2 (zo Li + zi Lo)).
-        value: half_d * wi.z / (wo.z * length_i + wi.z * length_o),
-        // G1(o) / (4 zo) = 1 / (2 (zo + Lo)).
-        pdf: half_d / (wo.z + length_o),
+        value: scaled * one * wi.z,
+        pdf: scaled * both,
         // |wo + wi| = 2 cos.
-        cos_half: (0.5 * half.length()).min(1.0),
+        cos_half: (0.5 * half.length_squared().sqrt()).min(1.0),
     }
 }
 
-/// A half vector (unit) with the density of the normals visible from `wo`:
-/// in the stretched space they are a spherical cap (Dupuy and Benyoub 2023).
+/// A half vector, not normalised, with the density of the normals visible from
+/// `wo`: in the stretched space they are a spherical cap (Dupuy and Benyoub
+/// 2023).
 #[inline]
 #[must_use]
 pub fn sample_visible_normal(alpha: f32, wo: Vec3, u: [f32; 2]) -> Vec3 {
     let stretched = Vec3::new(alpha * wo.x, alpha * wo.y, wo.z);
-    let view = stretched / stretched.length();
+    let view = stretched * (1.0 / stretched.length_squared().sqrt());
     let z = (1.0 - u[0]) * (1.0 + view.z) - view.z;
     let sin = ((1.0 - z) * (1.0 + z)).max(0.0).sqrt();
     let (sin_phi, cos_phi) = azimuth(u[1]);
     let cap = Vec3::new(sin * cos_phi, sin * sin_phi, z) + view;
     let normal = Vec3::new(alpha * cap.x, alpha * cap.y, cap.z.max(0.0));
-    let length2 = normal.length_squared();
-    if length2 > 0.0 {
-        normal / length2.sqrt()
-    } else {
-        // Only the cap's very rim, opposite to the view: any grazing normal.
-        Vec3::Z
+    if normal == Vec3::ZERO {
+        // Only the cap's very rim, opposite to the view.
+        return Vec3::Z;
     }
+    normal
 }
 
-/// The mirror image of `w` about the unit vector `h`.
+/// The mirror image of `w` about a vector `h` of any length but 0.
 #[inline]
 #[must_use]
 pub fn reflect(w: Vec3, h: Vec3) -> Vec3 {
-    h * (2.0 * w.dot(h)) - w
+    h * (2.0 * w.dot(h) / h.length_squared()) - w
 }

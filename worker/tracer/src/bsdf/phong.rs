@@ -1,6 +1,6 @@
 //! The modified Phong model (Lafortune and Willems 1994).
 
-use core::f32::consts::{FRAC_1_PI, PI};
+use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
@@ -67,7 +67,7 @@ impl Phong {
         } else {
             0.0
         };
-        let lobe = power / (2.0 * PI);
+        let lobe = power * (0.5 * FRAC_1_PI);
         let value = self.kd * FRAC_1_PI + self.ks * ((self.exponent + 2.0) * lobe);
         let probability = self.specular_probability();
         let pdf =

@@ -33,8 +33,8 @@ pub fn face_viewer(shading: Vec3, geometric: Vec3, wo: Vec3) -> (Vec3, Vec3) {
 }
 
 /// The shading normal, bent just so far that the mirror image of `wo` about it
-/// stays above the geometric surface and `wo` stays above it. Where that holds
-/// already, the normal comes back unchanged, bit for bit.
+/// stays above the geometric surface and `wo` stays above the normal's horizon.
+/// Where that holds already, the normal comes back unchanged, bit for bit.
 ///
 /// Expects [`face_viewer`] to have been applied. The image below the surface is
 /// raised straight along the geometric normal, and the new normal is the half

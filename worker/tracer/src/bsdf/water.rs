@@ -12,6 +12,15 @@ use super::{BsdfError, BsdfSample};
 /// Index of refraction of water for visible light.
 pub const WATER_ETA: f32 = 1.333;
 
+/// The roughness alpha of waves too small to be seen one by one, from the
+/// variance of their slope along one axis: alpha^2 = 2 sigma^2, as for a
+/// Beckmann surface. In [0, 1].
+#[inline]
+#[must_use]
+pub fn alpha_from_slope_variance(variance: f32) -> f32 {
+    (2.0 * variance).clamp(0.0, 1.0).sqrt()
+}
+
 /// Water: what is not reflected reaches an opaque body (the colour of the deep)
 /// through the energy-conserving coupling of [`super::Ggx`], with exact Fresnel
 /// instead of Schlick's, which is a few per cent off near grazing.
@@ -61,8 +70,8 @@ impl Water {
     }
 
     /// The same surface where it is rougher, for example by the slope variance
-    /// that the footprint of a distant pixel averages over: alpha^2 = 2 sigma^2
-    /// of the slope along one axis. Clamped to [0, 1].
+    /// that the footprint of a distant pixel averages over
+    /// ([`alpha_from_slope_variance`]). Clamped to [0, 1].
     #[inline]
     #[must_use]
     pub fn with_alpha(mut self, tables: &Tables, alpha: f32) -> Self {
