@@ -18,9 +18,9 @@ pub(crate) struct Scene {
 
 pub(crate) fn all() -> Vec<Scene> {
     let (positions, triangles) = load("bridge.obj").unwrap_or_else(bridge);
-    let bridge = framed("bridge", positions, triangles, Vec3::new(0.5, 0.12, 0.55), 0.9);
+    let bridge = framed("bridge", positions, triangles, Vec3::new(0.12, 0.03, 0.09), 0.9);
     let (positions, triangles) = load("plane.obj").unwrap_or_else(plane);
-    let plane = framed("plane", positions, triangles, Vec3::new(0.9, 0.5, 1.1), 0.8);
+    let plane = framed("plane", positions, triangles, Vec3::new(0.4, 0.25, 0.45), 0.7);
     let (positions, triangles) = terrain();
     let terrain = framed("terrain", positions, triangles, Vec3::new(0.1, 0.25, 0.55), 1.0);
     vec![bridge, plane, terrain]
