@@ -12,9 +12,8 @@ use super::mesh::Tri4;
 use super::wide::Node8;
 
 /// Three roundings on either side of the slab interval (Ize 2013, "Robust BVH ray
-/// traversal").
-pub(super) const NEAR_SLACK: f32 = 1.0 - 3.0 * f32::EPSILON;
-pub(super) const FAR_SLACK: f32 = 1.0 + 3.0 * f32::EPSILON;
+/// traversal"), all on the far side.
+pub(super) const FAR_SLACK: f32 = 1.0 + 7.0 * f32::EPSILON;
 
 /// A box is entered although it begins this much behind the best hit: the plane
 /// distance of a hit may round to less than the entry of its box, and then the
@@ -63,7 +62,7 @@ pub(super) fn hit_boxes<B: Backend>(node: &Node8, ray: &BoxRay<B>, t_far: f32) -
     let [x, y, z] = ray.near;
     let near = slab(0, x).max(slab(1, y).max(slab(2, z).max(B::F8::splat(0.0))));
     let far = slab(0, x ^ 1).min(slab(1, y ^ 1).min(slab(2, z ^ 1).min(B::F8::splat(t_far))));
-    let entered = (near * B::F8::splat(NEAR_SLACK)).le(far * B::F8::splat(FAR_SLACK));
+    let entered = near.le(far * B::F8::splat(FAR_SLACK));
     (entered.bits(), near.store())
 }
 

@@ -7,6 +7,11 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
+use super::kernels::Best;
+use super::mesh::TriMesh;
+use super::packet::{self, Best8, PacketRay, Triangles8};
+use super::single;
+
 /// `N` floats that are worked on together.
 pub(super) trait Floats<const N: usize>:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
@@ -43,11 +48,23 @@ pub(super) trait LaneMask: Copy {
 }
 
 /// A pair of vector types; the traversal is generic over it.
-pub(super) trait Backend {
+///
+/// The walks of one tree are methods, because the wide backend makes each a
+/// function of its own: inlined into each other, they fight for registers.
+pub(super) trait Backend: Sized {
     /// Four lanes: a leaf's triangles.
     type F4: Floats<4>;
     /// Eight lanes: a node's children, a leaf's particles, a packet's rays.
     type F8: Floats<8>;
+
+    /// `single::mesh_closest`.
+    fn mesh_closest(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best);
+    /// `single::mesh_dim`.
+    fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool;
+    /// `packet::mesh_closest8`.
+    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8);
+    /// `packet::mesh_dim8`.
+    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]);
 }
 
 /// Arrays and plain loops: any machine.
@@ -56,6 +73,19 @@ pub(super) struct Portable;
 impl Backend for Portable {
     type F4 = Array<4>;
     type F8 = Array<8>;
+
+    fn mesh_closest(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
+        single::mesh_closest::<Self>(mesh, o, d, instance, best);
+    }
+    fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
+        single::mesh_dim::<Self>(mesh, o, d, t_max)
+    }
+    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8) {
+        packet::mesh_closest8::<Self>(packet, leaf, best);
+    }
+    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]) {
+        packet::mesh_dim8::<Self>(packet, leaf, best, depth);
+    }
 }
 
 /// The portable vector.

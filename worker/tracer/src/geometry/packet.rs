@@ -9,7 +9,7 @@
 //! the same bits; rays that disagree in direction are walked one by one.
 
 use super::ellipsoid::{Crossings, cross_ellipsoids, is_stopped};
-use super::kernels::{Best, CULL_SLACK, FAR_SLACK, NEAR_SLACK, Shear, TriHits, hit_sheared, sign};
+use super::kernels::{Best, CULL_SLACK, FAR_SLACK, Shear, TriHits, hit_sheared, sign};
 use super::lanes::{Backend, Floats, LaneMask};
 use super::mesh::{Tri4, TriMesh};
 use super::particles::{Ellipsoid8, Particles};
@@ -66,7 +66,7 @@ impl Best8 {
 }
 
 /// Eight rays that agree in the sign of every component, and their interval.
-struct PacketRay<B: Backend> {
+pub(super) struct PacketRay<B: Backend> {
     o: [B::F8; 3],
     inverse: [B::F8; 3],
     near: [usize; 3],
@@ -127,8 +127,7 @@ impl<B: Backend> PacketRay<B> {
         };
         let near = first(0).max(first(1).max(first(2).max(B::F8::splat(0.0))));
         let far = last(0).min(last(1).min(last(2).min(B::F8::splat(t_far))));
-        (near * B::F8::splat(NEAR_SLACK))
-            .le(far * B::F8::splat(FAR_SLACK))
+        near.le(far * B::F8::splat(FAR_SLACK))
             .bits()
     }
 
@@ -141,7 +140,7 @@ impl<B: Backend> PacketRay<B> {
         let [x, y, z] = self.near;
         let near = slab(0, x).max(slab(1, y).max(slab(2, z).max(B::F8::splat(0.0))));
         let far = slab(0, x ^ 1).min(slab(1, y ^ 1).min(slab(2, z ^ 1).min(t_far)));
-        let entered = (near * B::F8::splat(NEAR_SLACK)).le(far * B::F8::splat(FAR_SLACK));
+        let entered = near.le(far * B::F8::splat(FAR_SLACK));
         (entered.bits(), near)
     }
 }
@@ -344,6 +343,23 @@ fn walk_dimming<B: Backend, L: Leaf8<B>>(
     }
 }
 
+/// The closest hits of a packet with one mesh.
+#[inline(always)]
+pub(super) fn mesh_closest8<B: Backend>(packet: &PacketRay<B>, leaf: &Triangles8<'_, B>, best: &mut Best8) {
+    walk_closest(leaf.mesh.tree.nodes(), packet, leaf, best);
+}
+
+/// Blocks the rays of a packet that meet one mesh.
+#[inline(always)]
+pub(super) fn mesh_dim8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Triangles8<'_, B>,
+    best: &mut Best8,
+    depth: &mut [u32; 8],
+) {
+    walk_dimming(leaf.mesh.tree.nodes(), packet, leaf, best, depth);
+}
+
 /// Leaves of the top tree.
 struct Instances8<'a> {
     scene: &'a Geometry,
@@ -373,7 +389,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
     #[inline(always)]
     fn closest(&self, block: u32, best: &mut Best8) {
         if let Some((packet, leaf)) = self.enter::<B>(block) {
-            walk_closest(leaf.mesh.tree.nodes(), &packet, &leaf, best);
+            B::mesh_closest8(&packet, &leaf, best);
             return;
         }
         for (lane, ray) in self.rays.iter().enumerate() {
@@ -385,7 +401,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
     #[inline(always)]
     fn dim(&self, block: u32, best: &mut Best8, depth: &mut [u32; 8]) {
         if let Some((packet, leaf)) = self.enter::<B>(block) {
-            walk_dimming(leaf.mesh.tree.nodes(), &packet, &leaf, best, depth);
+            B::mesh_dim8(&packet, &leaf, best, depth);
             return;
         }
         for (lane, ray) in self.rays.iter().enumerate() {
@@ -404,7 +420,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
 }
 
 /// Leaves of a mesh, for rays with one main axis.
-struct Triangles8<'a, B: Backend> {
+pub(super) struct Triangles8<'a, B: Backend> {
     mesh: &'a TriMesh,
     instance: u32,
     k: [usize; 3],

@@ -18,7 +18,13 @@ use std::ops::{Add, Div, Mul, Sub};
 use super::lanes::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Backend, Floats, LaneMask};
+#[cfg(target_arch = "x86_64")]
+use super::kernels::Best;
+#[cfg(target_arch = "x86_64")]
+use super::mesh::TriMesh;
 use super::packet;
+#[cfg(target_arch = "x86_64")]
+use super::packet::{Best8, PacketRay, Triangles8};
 use super::ray::{Hit, Occlusion, Ray};
 use super::scene::Geometry;
 use super::single;
@@ -148,6 +154,53 @@ pub(super) struct Avx2;
 impl Backend for Avx2 {
     type F4 = Sse4;
     type F8 = Avx8;
+
+    // SAFETY, four times: an `Avx2` walk is only entered from the functions above,
+    // so the features were detected.
+    #[inline(always)]
+    fn mesh_closest(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
+        unsafe { mesh_closest_avx2(mesh, o, d, instance, best) }
+    }
+    #[inline(always)]
+    fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
+        unsafe { mesh_dim_avx2(mesh, o, d, t_max) }
+    }
+    #[inline(always)]
+    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8) {
+        unsafe { mesh_closest8_avx2(packet, leaf, best) }
+    }
+    #[inline(always)]
+    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]) {
+        unsafe { mesh_dim8_avx2(packet, leaf, best, depth) }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn mesh_closest_avx2(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
+    single::mesh_closest::<Avx2>(mesh, o, d, instance, best);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn mesh_dim_avx2(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
+    single::mesh_dim::<Avx2>(mesh, o, d, t_max)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn mesh_closest8_avx2(packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8) {
+    packet::mesh_closest8::<Avx2>(packet, leaf, best);
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+#[inline(never)]
+fn mesh_dim8_avx2(packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) {
+    packet::mesh_dim8::<Avx2>(packet, leaf, best, depth);
 }
 
 /// A vector type over a register, its mask type, and their operations.

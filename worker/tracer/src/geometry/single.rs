@@ -213,21 +213,22 @@ struct Instances<'a> {
     ray: &'a Ray,
 }
 
-impl Instances<'_> {
-    #[inline(always)]
-    fn enter<B: Backend>(&self, index: u32) -> Option<(BoxRay<B>, Triangles<'_, B>)> {
-        let instance = &self.scene.instances[index as usize];
-        let mesh = &self.scene.meshes[instance.mesh as usize];
-        let (o, d) = into_local(instance, self.ray)?;
-        Some((
-            BoxRay::new(o, d),
-            Triangles {
-                mesh,
-                ray: TriRay::new(o, d),
-                instance: index,
-            },
-        ))
-    }
+/// The closest hit of a ray with one mesh, both in mesh space.
+#[inline(always)]
+pub(super) fn mesh_closest<B: Backend>(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
+    let leaf = Triangles::<B> { mesh, ray: TriRay::new(o, d), instance };
+    walk_closest(mesh.tree.nodes(), 0, &BoxRay::new(o, d), &leaf, best);
+}
+
+/// True if a ray meets one mesh at `0 < t <= t_max`, both in mesh space.
+#[inline(always)]
+pub(super) fn mesh_dim<B: Backend>(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
+    let leaf = Triangles::<B> { mesh, ray: TriRay::new(o, d), instance: 0 };
+    let mut best = Best::new(t_max);
+    best.set(t_max, rank::NOTHING);
+    let mut depth = 0;
+    walk_dimming(mesh.tree.nodes(), &BoxRay::new(o, d), &leaf, &best, &mut depth);
+    depth != 0
 }
 
 /// The closest hit of one ray with one instance.
@@ -265,18 +266,20 @@ pub(super) fn into_local(instance: &Instance, ray: &Ray) -> Option<([f32; 3], [f
 
 impl<B: Backend> Leaf<B> for Instances<'_> {
     #[inline(always)]
-    fn closest(&self, block: u32, best: &mut Best) {
-        let Some((boxes, leaf)) = self.enter::<B>(block) else {
-            return;
-        };
-        walk_closest(leaf.mesh.tree.nodes(), 0, &boxes, &leaf, best);
+    fn closest(&self, index: u32, best: &mut Best) {
+        let instance = &self.scene.instances[index as usize];
+        if let Some((o, d)) = into_local(instance, self.ray) {
+            B::mesh_closest(&self.scene.meshes[instance.mesh as usize], o, d, index, best);
+        }
     }
     #[inline(always)]
-    fn dim(&self, block: u32, best: &Best, depth: &mut u32) {
-        let Some((boxes, leaf)) = self.enter::<B>(block) else {
-            return;
-        };
-        walk_dimming(leaf.mesh.tree.nodes(), &boxes, &leaf, best, depth);
+    fn dim(&self, index: u32, best: &Best, depth: &mut u32) {
+        let instance = &self.scene.instances[index as usize];
+        if let Some((o, d)) = into_local(instance, self.ray)
+            && B::mesh_dim(&self.scene.meshes[instance.mesh as usize], o, d, best.t)
+        {
+            *depth = u32::MAX;
+        }
     }
 }
 
