@@ -1,0 +1,71 @@
+//! The clear sky of the sunset, as radiance by direction.
+
+use crate::curve::{mix, smoothstep};
+use crate::vec3::Vec3;
+
+/// Linear Rec. 709 radiance.
+pub(super) type Radiance = [f64; 3];
+
+/// Sum of `base` and `amount` times `colour`.
+#[must_use]
+pub(super) fn add(base: Radiance, colour: Radiance, amount: f64) -> Radiance {
+    std::array::from_fn(|i| base[i] + colour[i] * amount)
+}
+
+/// `a` and `b` mixed.
+#[must_use]
+pub(super) fn blend(a: Radiance, b: Radiance, amount: f64) -> Radiance {
+    std::array::from_fn(|i| mix(a[i], b[i], amount))
+}
+
+/// Radiance of the cloudless sky above the horizon.
+///
+/// Three bands whose heights differ (horizon glow, orange, violet) over a blue
+/// zenith, the first two fading with the distance from the sun's bearing, and
+/// two lobes around the sun itself. The numbers are a painter's, kept in the
+/// proportions of a clear sky with the sun five degrees up: zenith 0.2, far
+/// horizon 0.5, horizon below the sun 3.
+#[must_use]
+pub(super) fn clear(direction: Vec3, to_sun: Vec3) -> Radiance {
+    let up = direction.y.max(0.0);
+    let flat = |v: Vec3| {
+        let length = (v.x * v.x + v.z * v.z).sqrt().max(1e-6);
+        (v.x / length, v.z / length)
+    };
+    let ((dx, dz), (sx, sz)) = (flat(direction), flat(to_sun));
+    // 1 below the sun, 0 opposite; the bearing means less near the zenith.
+    let facing = 0.5 + 0.5 * (dx * sx + dz * sz) * (1.0 - smoothstep(0.5, 1.0, up));
+    let warm = facing * facing * facing;
+    let cos_sun = direction.dot(to_sun).clamp(-1.0, 1.0);
+    let away = libm::acos(cos_sun);
+
+    let zenith = blend([0.105, 0.120, 0.300], [0.150, 0.160, 0.330], facing);
+    let mut sky = zenith;
+    let violet = blend([0.26, 0.17, 0.34], [0.62, 0.28, 0.36], warm);
+    sky = add(sky, violet, libm::exp(-up * up / 0.085));
+    let orange = blend([0.16, 0.09, 0.10], [1.35, 0.50, 0.14], warm);
+    sky = add(sky, orange, libm::exp(-up / 0.115));
+    let glow = blend([0.02, 0.02, 0.05], [1.05, 0.52, 0.16], warm * facing);
+    sky = add(sky, glow, libm::exp(-up / 0.035));
+    // Aureole: a wide and a narrow lobe.
+    sky = add(sky, [1.10, 0.48, 0.13], libm::exp(-away / 0.30));
+    sky = add(sky, [2.40, 1.35, 0.50], libm::exp(-away / 0.075));
+    // Opposite the sun the earth's shadow lies blue under a rosy belt.
+    let opposite = (1.0 - facing) * (1.0 - facing);
+    let belt = (up - 0.16) / 0.085;
+    sky = add(sky, [0.16, 0.055, 0.075], opposite * libm::exp(-belt * belt));
+    let shadow = opposite * (1.0 - smoothstep(0.02, 0.13, up));
+    let cool = [0.72, 0.82, 1.0];
+    std::array::from_fn(|i| sky[i] * mix(1.0, cool[i] * 0.85, shadow))
+}
+
+/// Radiance below the horizon: the haze, darker with depth.
+#[must_use]
+pub(super) fn below(direction: Vec3, to_sun: Vec3) -> Radiance {
+    let level = Vec3 { y: 0.0, ..direction }.normalized();
+    let haze = clear(level, to_sun);
+    let depth = (-direction.y).clamp(0.0, 1.0);
+    let fade = mix(0.10, 1.0, libm::exp(-depth / 0.06));
+    let deep = [0.030, 0.042, 0.060];
+    std::array::from_fn(|i| mix(deep[i], haze[i], fade) * mix(0.7, 1.0, fade))
+}
