@@ -6,7 +6,7 @@ use crate::vec3::{Vec3, vec3};
 use std::fmt::Write as _;
 
 /// Bearing of the sun, degrees clockwise from -z.
-const SUN_AZIMUTH_DEG: f64 = -9.0;
+const SUN_AZIMUTH_DEG: f64 = -6.0;
 /// Height of the sun, degrees.
 const SUN_ELEVATION_DEG: f64 = 5.0;
 
@@ -26,20 +26,22 @@ struct Pose {
 
 const PLANES: [Pose; 2] = [
     Pose {
-        place: vec3(-9.0, 13.0, -36.0),
-        rotate_deg: (2.0, 152.0, 7.0),
+        place: vec3(6.0, 10.4, -27.5),
+        rotate_deg: (1.0, 138.0, 8.0),
         propellers_deg: [12.0, 47.0],
     },
     Pose {
-        place: vec3(16.0, 16.5, -58.0),
-        rotate_deg: (2.0, 150.0, 9.0),
+        place: vec3(-15.0, 14.6, -55.0),
+        rotate_deg: (1.0, 141.0, 10.0),
         propellers_deg: [70.0, 25.0],
     },
 ];
 
 /// Turned as the scene turns instances: Ry Rx Rz.
 fn rotated(p: Vec3, (rx, ry, rz): (f64, f64, f64)) -> Vec3 {
-    p.rotated_z(rz.to_radians()).rotated_x(rx.to_radians()).rotated_y(ry.to_radians())
+    p.rotated_z(rz.to_radians())
+        .rotated_x(rx.to_radians())
+        .rotated_y(ry.to_radians())
 }
 
 fn instance(out: &mut String, mesh: &str, place: Vec3, (rx, ry, rz): (f64, f64, f64)) {
@@ -54,13 +56,24 @@ fn instance(out: &mut String, mesh: &str, place: Vec3, (rx, ry, rz): (f64, f64, 
 
 fn instances() -> String {
     let mut out = String::new();
-    instance(&mut out, "bridge", vec3(-60.0, 0.0, -1000.0), (0.0, 24.0, 0.0));
+    instance(
+        &mut out,
+        "bridge",
+        vec3(230.0, 0.0, -1000.0),
+        (0.0, 35.0, 0.0),
+    );
+    instance(&mut out, "headland", Vec3::default(), (0.0, 0.0, 0.0));
     for plane in &PLANES {
         instance(&mut out, "plane", plane.place, plane.rotate_deg);
         for (side, turn) in [-1.0, 1.0].into_iter().zip(plane.propellers_deg) {
             let hub = vec3(side * ENGINE_X, ENGINE_Y, PROPELLER_Z);
             let (rx, ry, rz) = plane.rotate_deg;
-            instance(&mut out, "propeller", plane.place + rotated(hub, plane.rotate_deg), (rx, ry, rz + turn));
+            instance(
+                &mut out,
+                "propeller",
+                plane.place + rotated(hub, plane.rotate_deg),
+                (rx, ry, rz + turn),
+            );
         }
     }
     out

@@ -18,7 +18,11 @@ pub struct EncodeError {
 
 impl std::fmt::Display for EncodeError {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(out, "cannot encode {}: {}; this is a fault of the generator", self.what, self.reason)
+        write!(
+            out,
+            "cannot encode {}: {}; this is a fault of the generator",
+            self.what, self.reason
+        )
     }
 }
 
@@ -32,7 +36,10 @@ pub fn png(rgb: &[u8], width: u32, height: u32) -> Result<Vec<u8>, EncodeError> 
     let mut out = Vec::new();
     PngEncoder::new_with_quality(&mut out, CompressionType::Best, FilterType::Adaptive)
         .write_image(rgb, width, height, ExtendedColorType::Rgb8)
-        .map_err(|error| EncodeError { what: "a PNG texture", reason: error.to_string() })?;
+        .map_err(|error| EncodeError {
+            what: "a PNG texture",
+            reason: error.to_string(),
+        })?;
     Ok(out)
 }
 
@@ -51,7 +58,10 @@ pub fn exr(pixels: &[[f32; 3]], width: usize, height: usize) -> Result<Vec<u8>, 
     let layer = Layer::new(
         (width, height),
         LayerAttributes::named("sky"),
-        Encoding { compression: exr::prelude::Compression::ZIP16, ..Encoding::SMALL_LOSSLESS },
+        Encoding {
+            compression: exr::prelude::Compression::ZIP16,
+            ..Encoding::SMALL_LOSSLESS
+        },
         channels,
     );
     let mut out = Cursor::new(Vec::new());
@@ -59,7 +69,10 @@ pub fn exr(pixels: &[[f32; 3]], width: usize, height: usize) -> Result<Vec<u8>, 
         .write()
         .non_parallel()
         .to_buffered(&mut out)
-        .map_err(|error| EncodeError { what: "the EXR sky", reason: error.to_string() })?;
+        .map_err(|error| EncodeError {
+            what: "the EXR sky",
+            reason: error.to_string(),
+        })?;
     Ok(out.into_inner())
 }
 

@@ -7,6 +7,7 @@ pub mod bridge;
 pub mod composition;
 pub mod curve;
 pub mod image_files;
+pub mod land;
 pub mod livery;
 pub mod loft;
 pub mod mesh;

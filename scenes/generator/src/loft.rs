@@ -18,8 +18,10 @@ pub enum End {
 /// Outward when each ring runs anticlockwise seen from the last ring's side
 /// looking back at the first.
 pub fn loft(mesh: &mut Mesh, rings: &[Vec<Vec3>], start: End, end: End) {
-    let indices: Vec<Vec<u32>> =
-        rings.iter().map(|ring| ring.iter().map(|&p| mesh.vertex(p)).collect()).collect();
+    let indices: Vec<Vec<u32>> = rings
+        .iter()
+        .map(|ring| ring.iter().map(|&p| mesh.vertex(p)).collect())
+        .collect();
     for pair in indices.windows(2) {
         let (a, b) = (&pair[0], &pair[1]);
         for j in 0..a.len() {
@@ -119,9 +121,7 @@ pub fn tube(mesh: &mut Mesh, path: &[Vec3], radius: f64, sides: usize, ends: End
             (0..sides)
                 .map(|j| {
                     let angle = TAU * j as f64 / sides as f64;
-                    path[i]
-                        + right * (radius * libm::cos(angle))
-                        + up * (radius * libm::sin(angle))
+                    path[i] + right * (radius * libm::cos(angle)) + up * (radius * libm::sin(angle))
                 })
                 .collect()
         })
@@ -132,7 +132,11 @@ pub fn tube(mesh: &mut Mesh, path: &[Vec3], radius: f64, sides: usize, ends: End
 /// Two unit vectors that make a right-handed frame (right, up, axis).
 #[must_use]
 pub fn frame(axis: Vec3) -> (Vec3, Vec3) {
-    let helper = if axis.y.abs() > 0.9 { vec3(0.0, 0.0, 1.0) } else { vec3(0.0, 1.0, 0.0) };
+    let helper = if axis.y.abs() > 0.9 {
+        vec3(0.0, 0.0, 1.0)
+    } else {
+        vec3(0.0, 1.0, 0.0)
+    };
     let right = helper.cross(axis).normalized();
     (right, axis.cross(right))
 }

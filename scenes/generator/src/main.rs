@@ -40,7 +40,10 @@ fn parse(mut args: impl Iterator<Item = String>) -> Option<Request> {
     if args.next()? != "golden-gate" {
         return None;
     }
-    let mut request = Request { folder: PathBuf::from("scenes/golden-gate"), check: false };
+    let mut request = Request {
+        folder: PathBuf::from("scenes/golden-gate"),
+        check: false,
+    };
     while let Some(arg) = args.next() {
         match arg.as_str() {
             "-o" => request.folder = PathBuf::from(args.next()?),
@@ -68,7 +71,11 @@ fn run(request: &Request) -> Result<bool, String> {
 
 fn check(file: &Asset, path: &Path) -> bool {
     let same = std::fs::read(path).is_ok_and(|bytes| bytes == file.bytes);
-    let verdict = if same { "equal" } else { "DIFFERENT or missing" };
+    let verdict = if same {
+        "equal"
+    } else {
+        "DIFFERENT or missing"
+    };
     println!("{verdict:<20} {}", path.display());
     same
 }

@@ -76,7 +76,10 @@ impl Mesh {
 
     /// Adds a face of positions without texture.
     pub fn face(&mut self, positions: &[u32]) {
-        let mut corners = [Corner { position: 0, uv: NO_UV }; 4];
+        let mut corners = [Corner {
+            position: 0,
+            uv: NO_UV,
+        }; 4];
         for (corner, &position) in corners.iter_mut().zip(positions) {
             corner.position = position;
         }
@@ -85,7 +88,10 @@ impl Mesh {
 
     /// Adds a face of (position, uv) pairs.
     pub fn face_uv(&mut self, pairs: &[(u32, u32)]) {
-        let mut corners = [Corner { position: 0, uv: NO_UV }; 4];
+        let mut corners = [Corner {
+            position: 0,
+            uv: NO_UV,
+        }; 4];
         for (corner, &(position, uv)) in corners.iter_mut().zip(pairs) {
             *corner = Corner { position, uv };
         }
@@ -107,21 +113,32 @@ impl Mesh {
         if size >= 3
             && let Some(part) = self.parts.last_mut()
         {
-            part.faces.push(Face { corners: kept, count: size });
+            part.faces.push(Face {
+                corners: kept,
+                count: size,
+            });
         }
     }
 
     /// Number of triangles after every quadrilateral is cut in two.
     #[must_use]
     pub fn triangles(&self) -> usize {
-        self.parts.iter().flat_map(|part| &part.faces).map(|face| face.count - 2).sum()
+        self.parts
+            .iter()
+            .flat_map(|part| &part.faces)
+            .map(|face| face.count - 2)
+            .sum()
     }
 
     /// Volume enclosed by the faces of the named part, in cubic metres;
     /// positive when the part is closed and wound outwards.
     #[must_use]
     pub fn signed_volume(&self, part: &str) -> f64 {
-        let faces = self.parts.iter().filter(|p| p.name == part).flat_map(|p| &p.faces);
+        let faces = self
+            .parts
+            .iter()
+            .filter(|p| p.name == part)
+            .flat_map(|p| &p.faces);
         faces
             .flat_map(|face| {
                 let corners = face.corners();

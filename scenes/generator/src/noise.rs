@@ -37,7 +37,12 @@ pub fn gradient(x: f64, y: f64, z: f64, seed: u32) -> f64 {
     let (u, v, w) = (fade(dx), fade(dy), fade(dz));
     let corner = |i: i32, j: i32, k: i32| {
         lattice_slope(
-            hash3(ix.wrapping_add(i), iy.wrapping_add(j), iz.wrapping_add(k), seed),
+            hash3(
+                ix.wrapping_add(i),
+                iy.wrapping_add(j),
+                iz.wrapping_add(k),
+                seed,
+            ),
             dx - f64::from(i),
             dy - f64::from(j),
             dz - f64::from(k),
@@ -77,7 +82,12 @@ pub fn fbm(x: f64, y: f64, z: f64, octaves: u32, gain: f64, seed: u32) -> f64 {
         // An offset per octave keeps the lattice points from lining up at 0.
         let shift = f64::from(octave) * 17.31;
         sum += height
-            * gradient(x * scale + shift, y * scale - shift, z * scale, seed.wrapping_add(octave));
+            * gradient(
+                x * scale + shift,
+                y * scale - shift,
+                z * scale,
+                seed.wrapping_add(octave),
+            );
         total += height;
         height *= gain;
         scale *= 2.03;

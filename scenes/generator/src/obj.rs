@@ -64,7 +64,11 @@ pub fn obj_text(title: &str, mtl: &str, mesh: &Mesh, decimals: usize) -> String 
                 let back = written.positions + 1 - written.position[corner.position as usize];
                 let _ = write!(out, " -{back}");
                 if corner.uv != NO_UV {
-                    let _ = write!(out, "/-{}", written.uvs + 1 - written.uv[corner.uv as usize]);
+                    let _ = write!(
+                        out,
+                        "/-{}",
+                        written.uvs + 1 - written.uv[corner.uv as usize]
+                    );
                 }
             }
             out.push('\n');

@@ -47,7 +47,11 @@ impl Vec3 {
     #[must_use]
     pub fn normalized(self) -> Self {
         let length = self.length();
-        if length > 0.0 { self * (1.0 / length) } else { self }
+        if length > 0.0 {
+            self * (1.0 / length)
+        } else {
+            self
+        }
     }
 
     /// Point at `amount` of the way from `self` to `other`.

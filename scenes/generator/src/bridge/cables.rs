@@ -11,7 +11,7 @@ use crate::vec3::{Vec3, vec3};
 pub(super) fn add(mesh: &mut Mesh) {
     for (name, z) in [("left", -CABLE_Z), ("right", CABLE_Z)] {
         mesh.begin(&format!("cable-{name}"), "paint");
-        tube(mesh, &path(z), CABLE_RADIUS, 12, End::Fan);
+        tube(mesh, &path(z), CABLE_RADIUS, 10, End::Fan);
         hand_ropes(mesh, z);
         mesh.begin(&format!("suspenders-{name}"), "paint");
         for x in suspender_places() {
@@ -23,9 +23,11 @@ pub(super) fn add(mesh: &mut Mesh) {
 /// The cable's line, a point per panel, ending in the anchorages.
 fn path(z: f64) -> Vec<Vec3> {
     let mut xs: Vec<f64> = Vec::new();
-    for (from, to, steps) in
-        [(-END_X, -TOWER_X, 46), (-TOWER_X, TOWER_X, 168), (TOWER_X, END_X, 46)]
-    {
+    for (from, to, steps) in [
+        (-END_X, -TOWER_X, 46),
+        (-TOWER_X, TOWER_X, 168),
+        (TOWER_X, END_X, 46),
+    ] {
         let step = (to - from) / f64::from(steps);
         xs.extend((0..steps).map(|i| from + step * f64::from(i)));
     }
@@ -42,8 +44,10 @@ fn path(z: f64) -> Vec<Vec3> {
 fn hand_ropes(mesh: &mut Mesh, z: f64) {
     let line = path(z);
     for side in [-0.45, 0.45] {
-        let rope: Vec<Vec3> =
-            line[1..line.len() - 1].iter().map(|&p| p + vec3(0.0, 1.45, side)).collect();
+        let rope: Vec<Vec3> = line[1..line.len() - 1]
+            .iter()
+            .map(|&p| p + vec3(0.0, 1.45, side))
+            .collect();
         tube(mesh, &rope, 0.035, 4, End::Open);
     }
 }
@@ -72,20 +76,21 @@ fn suspender_places() -> Vec<f64> {
 /// A pair of ropes over a band on the cable, down to the truss's top chord.
 fn suspender(mesh: &mut Mesh, x: f64, z: f64) {
     let top = vec3(x, cable_height(x), z);
-    let along = vec3(1.0, (cable_height(x + 0.5) - cable_height(x - 0.5)).min(2.0), 0.0);
+    let along = vec3(
+        1.0,
+        (cable_height(x + 0.5) - cable_height(x - 0.5)).min(2.0),
+        0.0,
+    );
     let band = [
         (-0.55, CABLE_RADIUS),
         (-0.55, CABLE_RADIUS + 0.10),
         (0.55, CABLE_RADIUS + 0.10),
         (0.55, CABLE_RADIUS),
     ];
-    revolve(mesh, top, along.normalized(), &band, 12);
+    revolve(mesh, top, along.normalized(), &band, 10);
     let foot = road_height(x) - 0.6;
     for shift in [-0.28, 0.28] {
-        let rope = [
-            vec3(x + shift, top.y, z),
-            vec3(x + shift, foot, z),
-        ];
+        let rope = [vec3(x + shift, top.y, z), vec3(x + shift, foot, z)];
         tube(mesh, &rope, 0.075, 6, End::Open);
     }
     let socket = vec3(x, foot + 0.3 * PANEL.min(2.0), z);

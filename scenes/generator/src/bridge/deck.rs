@@ -11,7 +11,9 @@ use crate::vec3::{Vec3, vec3};
 #[must_use]
 pub(super) fn panel_points() -> Vec<f64> {
     let count = (2.0 * APPROACH_END_X / PANEL) as i32;
-    (0..=count).map(|i| (f64::from(i) - 0.5 * f64::from(count)) * PANEL).collect()
+    (0..=count)
+        .map(|i| (f64::from(i) - 0.5 * f64::from(count)) * PANEL)
+        .collect()
 }
 
 fn top(x: f64, z: f64) -> Vec3 {
@@ -61,31 +63,58 @@ fn slab(mesh: &mut Mesh, a: f64, b: f64, z0: f64, z1: f64, lift: f64, thick: f64
 fn truss_panel(mesh: &mut Mesh, a: f64, b: f64, z: f64, falling: bool) {
     beam(mesh, top(a, z), top(b, z), 0.85, 0.95);
     beam(mesh, low(a, z), low(b, z), 0.85, 0.95);
-    i_beam(mesh, low(a, z), top(a, z), 0.62, 0.55, 0.12);
-    let (from, to) = if falling { (top(a, z), low(b, z)) } else { (low(a, z), top(b, z)) };
+    beam(mesh, low(a, z), top(a, z), 0.55, 0.5);
+    let (from, to) = if falling {
+        (top(a, z), low(b, z))
+    } else {
+        (low(a, z), top(b, z))
+    };
     i_beam(mesh, from, to, 0.70, 0.62, 0.13);
     // Gusset plates where the diagonals meet the chords.
     for joint in [from, to] {
-        beam(mesh, joint - vec3(0.75, 0.0, 0.0), joint + vec3(0.75, 0.0, 0.0), 0.95, 1.5);
+        beam(
+            mesh,
+            joint - vec3(0.75, 0.0, 0.0),
+            joint + vec3(0.75, 0.0, 0.0),
+            0.95,
+            1.5,
+        );
     }
 }
 
 /// Floor beam, stringers, and the lateral bracing of the bottom chords.
 fn floor_panel(mesh: &mut Mesh, a: f64, b: f64, falling: bool) {
     let drop = vec3(0.0, 0.65, 0.0);
-    i_beam(mesh, top(a, -CABLE_Z) - drop, top(a, CABLE_Z) - drop, 0.5, 1.7, 0.10);
+    i_beam(
+        mesh,
+        top(a, -CABLE_Z) - drop,
+        top(a, CABLE_Z) - drop,
+        0.5,
+        1.7,
+        0.10,
+    );
     beam(mesh, low(a, -CABLE_Z), low(a, CABLE_Z), 0.45, 0.5);
-    for i in -3..=3 {
-        let z = f64::from(i) * 3.6;
+    for i in -2..=2 {
+        let z = f64::from(i) * 5.2;
         beam(mesh, top(a, z), top(b, z), 0.3, 0.75);
     }
-    let (from, to) = if falling { (-CABLE_Z, CABLE_Z) } else { (CABLE_Z, -CABLE_Z) };
+    let (from, to) = if falling {
+        (-CABLE_Z, CABLE_Z)
+    } else {
+        (CABLE_Z, -CABLE_Z)
+    };
     beam(mesh, low(a, from), low(b, 0.0), 0.42, 0.42);
     beam(mesh, low(a, to), low(b, 0.0), 0.42, 0.42);
     if a.abs() <= END_X {
         // Sway frame: from the bottom chords up to the floor beam's middle.
         for side in [-1.0, 1.0] {
-            beam(mesh, low(a, side * CABLE_Z), top(a, side * 4.0) - drop * 2.0, 0.3, 0.3);
+            beam(
+                mesh,
+                low(a, side * CABLE_Z),
+                top(a, side * 4.0) - drop * 2.0,
+                0.3,
+                0.3,
+            );
         }
     }
 }

@@ -27,7 +27,10 @@ pub(super) fn add(mesh: &mut Mesh) {
 fn pylon(mesh: &mut Mesh, x: f64, grow: f64) {
     let plan = stepped_outline(&[(1.0, 0.55), (0.80, 0.80), (0.58, 1.0)]);
     let road = road_height(x);
-    let level = |y: f64, sx: f64, sz: f64| Level { y, scale: (sx * grow, sz * grow) };
+    let level = |y: f64, sx: f64, sz: f64| Level {
+        y,
+        scale: (sx * grow, sz * grow),
+    };
     for z in [-18.2, 18.2] {
         let middle = vec3(x, 0.0, z);
         let storeys = [
@@ -42,21 +45,36 @@ fn pylon(mesh: &mut Mesh, x: f64, grow: f64) {
                 mesh,
                 middle,
                 &plan,
-                &[level(from, half_x, half_z), level(to, half_x * 0.97, half_z * 0.97)],
+                &[
+                    level(from, half_x, half_z),
+                    level(to, half_x * 0.97, half_z * 0.97),
+                ],
             );
         }
     }
     let under = road - TRUSS_DEPTH - 2.0;
-    block(mesh, vec3(x - 6.2, -10.0, -16.0), vec3(x + 6.2, under, 16.0));
+    block(
+        mesh,
+        vec3(x - 6.2, -10.0, -16.0),
+        vec3(x + 6.2, under, 16.0),
+    );
 }
 
 /// The block that holds the cables' ends.
 fn anchorage(mesh: &mut Mesh, side: f64) {
     let (a, b) = (side * (END_X + 14.0), side * (END_X + 54.0));
     let top = road_height(END_X) - TRUSS_DEPTH - 1.6;
-    block(mesh, vec3(a.min(b), -10.0, -19.5), vec3(a.max(b), top, 19.5));
+    block(
+        mesh,
+        vec3(a.min(b), -10.0, -19.5),
+        vec3(a.max(b), top, 19.5),
+    );
     for z in [-17.2, 17.2] {
-        block(mesh, vec3(a.min(b), top - 1.0, z - 2.3), vec3(a.max(b), top + 5.0, z + 2.3));
+        block(
+            mesh,
+            vec3(a.min(b), top - 1.0, z - 2.3),
+            vec3(a.max(b), top + 5.0, z + 2.3),
+        );
     }
 }
 
@@ -72,15 +90,33 @@ fn bent(mesh: &mut Mesh, x: f64) {
         let (low, high) = (pair[0], pair[1]);
         for along in [-1.0, 1.0] {
             for across in [-1.0, 1.0] {
-                beam(mesh, at(low, along, across), at(high, along, across), 1.1, 1.1);
-                beam(mesh, at(low, along, across), at(high, along, -across), 0.55, 0.55);
+                beam(
+                    mesh,
+                    at(low, along, across),
+                    at(high, along, across),
+                    1.1,
+                    1.1,
+                );
+                beam(
+                    mesh,
+                    at(low, along, across),
+                    at(high, along, -across),
+                    0.55,
+                    0.55,
+                );
             }
             beam(mesh, at(high, along, -1.0), at(high, along, 1.0), 0.8, 0.9);
         }
         for across in [-1.0, 1.0] {
             beam(mesh, at(low, -1.0, across), at(high, 1.0, across), 0.5, 0.5);
             beam(mesh, at(low, 1.0, across), at(high, -1.0, across), 0.5, 0.5);
-            beam(mesh, at(high, -1.0, across), at(high, 1.0, across), 0.7, 0.7);
+            beam(
+                mesh,
+                at(high, -1.0, across),
+                at(high, 1.0, across),
+                0.7,
+                0.7,
+            );
         }
     }
 }

@@ -7,7 +7,7 @@ use crate::mesh::Mesh;
 use crate::vec3::{Vec3, vec3};
 
 /// Posts of the railing per panel.
-const POSTS: i32 = 3;
+const POSTS: i32 = 2;
 
 fn kerb(x: f64, z: f64) -> Vec3 {
     vec3(x, road_height(x) + 0.25, z)
@@ -22,7 +22,7 @@ pub(super) fn add(mesh: &mut Mesh) {
         let z = side * (ROAD_HALF_WIDTH + 0.1);
         for pair in points.windows(2) {
             let (a, b) = (kerb(pair[0], z), kerb(pair[1], z));
-            for (height, width) in [(1.30, 0.14), (0.70, 0.08), (0.14, 0.08)] {
+            for (height, width) in [(1.30, 0.14), (0.62, 0.10)] {
                 beam(mesh, a + up(height), b + up(height), width, 0.10);
             }
             for post in 0..POSTS {
@@ -56,7 +56,11 @@ fn post(mesh: &mut Mesh, x: f64, side: f64) {
     let arc: Vec<Vec3> = (0..=5)
         .map(|i| {
             let angle = 0.5 * std::f64::consts::PI * f64::from(i) / 5.0;
-            foot + vec3(0.0, 7.4 + 1.3 * libm::sin(angle), -side * 1.9 * (1.0 - libm::cos(angle)))
+            foot + vec3(
+                0.0,
+                7.4 + 1.3 * libm::sin(angle),
+                -side * 1.9 * (1.0 - libm::cos(angle)),
+            )
         })
         .collect();
     let mut path = vec![foot, foot + vec3(0.0, 3.7, 0.0)];

@@ -81,7 +81,11 @@ pub(super) fn prism(mesh: &mut Mesh, middle: Vec3, outline: &[(f64, f64)], level
                 .iter()
                 .rev()
                 .map(|&(x, z)| {
-                    vec3(middle.x + x * level.scale.0, level.y, middle.z + z * level.scale.1)
+                    vec3(
+                        middle.x + x * level.scale.0,
+                        level.y,
+                        middle.z + z * level.scale.1,
+                    )
                 })
                 .collect()
         })

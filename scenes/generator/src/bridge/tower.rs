@@ -2,9 +2,7 @@
 //! road, crosses below.
 
 use super::layout::{CABLE_Z, TOWER_TOP, road_height};
-use super::members::{
-    Level, beam, block, block_around, boat_outline, prism, stepped_outline,
-};
+use super::members::{Level, beam, block, block_around, boat_outline, prism, stepped_outline};
 use crate::loft::revolve;
 use crate::mesh::Mesh;
 use crate::vec3::{Vec3, vec3};
@@ -41,10 +39,19 @@ pub(super) fn add(mesh: &mut Mesh, x: f64, name: &str) {
             .map(|i| {
                 let angle = std::f64::consts::PI * f64::from(i) / 8.0;
                 let pole = i == 0 || i == 8;
-                (-0.9 * libm::cos(angle), if pole { 0.0 } else { 0.9 * libm::sin(angle) })
+                (
+                    -0.9 * libm::cos(angle),
+                    if pole { 0.0 } else { 0.9 * libm::sin(angle) },
+                )
             })
             .collect();
-        revolve(mesh, vec3(x, TOWER_TOP + 5.2, z), vec3(0.0, 1.0, 0.0), &ball, 14);
+        revolve(
+            mesh,
+            vec3(x, TOWER_TOP + 5.2, z),
+            vec3(0.0, 1.0, 0.0),
+            &ball,
+            14,
+        );
     }
 }
 
@@ -53,12 +60,27 @@ fn pier(mesh: &mut Mesh, x: f64) {
     let plan = boat_outline(40);
     let middle = vec3(x, 0.0, 0.0);
     let level = |y: f64, sx: f64, sz: f64| Level { y, scale: (sx, sz) };
-    prism(mesh, middle, &plan, &[level(-12.0, 17.0, 31.0), level(4.5, 16.2, 30.2)]);
-    prism(mesh, middle, &plan, &[level(4.4, 14.6, 27.4), level(9.0, 14.0, 26.8)]);
+    prism(
+        mesh,
+        middle,
+        &plan,
+        &[level(-12.0, 17.0, 31.0), level(4.5, 16.2, 30.2)],
+    );
+    prism(
+        mesh,
+        middle,
+        &plan,
+        &[level(4.4, 14.6, 27.4), level(9.0, 14.0, 26.8)],
+    );
     for z in [-CABLE_Z, CABLE_Z] {
         let steps = stepped_outline(&[(1.0, 0.72), (0.82, 1.0)]);
         let at = vec3(x, 0.0, z);
-        prism(mesh, at, &steps, &[level(8.9, 10.6, 7.6), level(13.2, 9.6, 6.7)]);
+        prism(
+            mesh,
+            at,
+            &steps,
+            &[level(8.9, 10.6, 7.6), level(13.2, 9.6, 6.7)],
+        );
     }
 }
 
@@ -72,15 +94,27 @@ fn leg(mesh: &mut Mesh, x: f64, z: f64) {
             middle,
             &plan,
             &[
-                Level { y: from, scale: (half_x, half_z) },
-                Level { y: to, scale: (half_x * shrink, half_z * shrink) },
+                Level {
+                    y: from,
+                    scale: (half_x, half_z),
+                },
+                Level {
+                    y: to,
+                    scale: (half_x * shrink, half_z * shrink),
+                },
             ],
         );
         // A collar under each setback, and fins that run a little past it.
         let collar = |y: f64, h: f64, grow: f64| {
             [
-                Level { y, scale: (half_x * grow, half_z * grow) },
-                Level { y: y + h, scale: (half_x * grow, half_z * grow) },
+                Level {
+                    y,
+                    scale: (half_x * grow, half_z * grow),
+                },
+                Level {
+                    y: y + h,
+                    scale: (half_x * grow, half_z * grow),
+                },
             ]
         };
         prism(mesh, middle, &plan, &collar(to - 1.6, 0.9, 0.995));
@@ -103,9 +137,12 @@ fn leg(mesh: &mut Mesh, x: f64, z: f64) {
 
 /// Stepped housing of the cable's saddle on a leg.
 fn saddle(mesh: &mut Mesh, x: f64, z: f64) {
-    for (y, height, half_x, half_z) in
-        [(222.4, 2.0, 4.0, 2.7), (224.3, 1.8, 3.3, 2.2), (226.0, 1.8, 2.6, 1.7), (227.7, 1.2, 1.2, 0.9)]
-    {
+    for (y, height, half_x, half_z) in [
+        (222.4, 2.0, 4.0, 2.7),
+        (224.3, 1.8, 3.3, 2.2),
+        (226.0, 1.8, 2.6, 1.7),
+        (227.7, 1.2, 1.2, 0.9),
+    ] {
         block(
             mesh,
             vec3(x - half_x, y, z - half_z),
@@ -117,12 +154,18 @@ fn saddle(mesh: &mut Mesh, x: f64, z: f64) {
 
 /// Half depth of the legs at a height.
 fn half_depth(y: f64) -> f64 {
-    STOREYS.iter().find(|storey| y < storey.1).map_or(4.4, |storey| storey.2)
+    STOREYS
+        .iter()
+        .find(|storey| y < storey.1)
+        .map_or(4.4, |storey| storey.2)
 }
 
 /// Half width of the legs at a height.
 fn half_width(y: f64) -> f64 {
-    STOREYS.iter().find(|storey| y < storey.1).map_or(3.0, |storey| storey.3)
+    STOREYS
+        .iter()
+        .find(|storey| y < storey.1)
+        .map_or(3.0, |storey| storey.3)
 }
 
 /// A portal: a box between the legs, vertical ribs on both faces, cornices,
@@ -134,14 +177,22 @@ fn portal(mesh: &mut Mesh, x: f64, y: f64, half: f64) {
     for side in [-1.0, 1.0] {
         let face = x + side * depth;
         for (level, tall) in [(half - 0.55, 0.55), (-half + 0.45, 0.45)] {
-            block_around(mesh, vec3(face, y + level, 0.0), vec3(0.55, tall, clear + 0.4));
+            block_around(
+                mesh,
+                vec3(face, y + level, 0.0),
+                vec3(0.55, tall, clear + 0.4),
+            );
         }
         let ribs = 15;
         for i in 0..ribs {
             let z = (f64::from(i) / f64::from(ribs - 1) * 2.0 - 1.0) * (clear - 0.5);
             // Ribs are longest in the middle: a chevron of the period.
             let tall = (half - 1.1) * (1.0 - 0.22 * (z / clear).abs());
-            block_around(mesh, vec3(face, y + half - 1.1 - tall, z), vec3(0.42, tall, 0.34));
+            block_around(
+                mesh,
+                vec3(face, y + half - 1.1 - tall, z),
+                vec3(0.42, tall, 0.34),
+            );
         }
     }
     let steps = [(3.4, 1.3), (2.2, 2.9), (1.15, 4.8)];
@@ -162,7 +213,11 @@ fn portal(mesh: &mut Mesh, x: f64, y: f64, half: f64) {
 fn below_road(mesh: &mut Mesh, x: f64) {
     let strut = |mesh: &mut Mesh, y: f64, half: f64| {
         let depth = half_depth(y) * 0.6;
-        block_around(mesh, vec3(x, y, 0.0), vec3(depth, half, CABLE_Z - half_width(y) + 0.6));
+        block_around(
+            mesh,
+            vec3(x, y, 0.0),
+            vec3(depth, half, CABLE_Z - half_width(y) + 0.6),
+        );
     };
     let deck = road_height(x) - 9.6;
     strut(mesh, deck, 1.9);
@@ -173,7 +228,11 @@ fn below_road(mesh: &mut Mesh, x: f64) {
         for face in [-1.0, 1.0] {
             let at = x + face * half_depth(low) * 0.42;
             for side in [-1.0, 1.0] {
-                cross(mesh, vec3(at, low, -side * reach), vec3(at, high, side * reach));
+                cross(
+                    mesh,
+                    vec3(at, low, -side * reach),
+                    vec3(at, high, side * reach),
+                );
             }
         }
         block_around(

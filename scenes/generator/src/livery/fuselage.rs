@@ -12,8 +12,9 @@ use crate::plane::shape::{CABIN_WINDOWS, FUSELAGE, NACELLE, angle_of_turn, cabin
 const TEXEL: f64 = 0.006;
 
 /// Stations of the fuselage's ring seams.
-const FRAMES: [f64; 13] =
-    [0.42, 0.95, 1.62, 2.95, 3.25, 4.36, 5.47, 6.58, 7.45, 8.25, 9.15, 10.15, 11.2];
+const FRAMES: [f64; 13] = [
+    0.42, 0.95, 1.62, 2.95, 3.25, 4.36, 5.47, 6.58, 7.45, 8.25, 9.15, 10.15, 11.2,
+];
 
 /// Middle of the cheat line against station: it sweeps up to the fin.
 const CHEAT: [(f64, f64); 8] = [
@@ -36,27 +37,40 @@ pub(super) fn fuselage(t: f64, turn: f64) -> Colour {
     let line = p.y - pchip(&CHEAT, t);
     // Cream above the line, aluminium below it.
     let mut colour = over(ALUMINIUM, CREAM, cover(-line - 0.10, TEXEL));
-    let width = mix(0.06, 0.135, smoothstep(0.0, 2.5, t)) * mix(1.0, 0.75, smoothstep(9.5, 12.0, t));
+    let width =
+        mix(0.06, 0.135, smoothstep(0.0, 2.5, t)) * mix(1.0, 0.75, smoothstep(9.5, 12.0, t));
     colour = over(colour, NAVY, band(line, -width, width, TEXEL));
-    colour = over(colour, ORANGE, band(line, -width - 0.075, -width - 0.030, TEXEL));
-    colour = over(colour, ORANGE, band(line, width + 0.030, width + 0.050, TEXEL));
-    colour = titles(colour, t, p.y, right);
+    colour = over(
+        colour,
+        ORANGE,
+        band(line, -width - 0.075, -width - 0.030, TEXEL),
+    );
+    colour = over(
+        colour,
+        ORANGE,
+        band(line, width + 0.030, width + 0.050, TEXEL),
+    );
+    colour = titles(colour, t, angle, right);
     colour = anti_glare(colour, t, angle);
     colour = seams(colour, t, p.x, p.y, line, right);
     windows(dirt(colour, t, p.y, angle), t, angle)
 }
 
-/// Name over the windows, registration behind them.
-fn titles(colour: Colour, t: f64, y: f64, right: bool) -> Colour {
-    // Read from outside: the right side runs from tail to nose in t.
-    let text = |colour: Colour, text: &str, from: f64, to: f64, foot: f64, weight: f64| {
-        let unit = (to - from) / font::text_width(text);
-        let x = if right { to - t } else { t - from } / unit;
-        let distance = font::distance(text, x, (y - foot) / unit) - weight;
+/// Name over the windows, registration before the tail.
+fn titles(colour: Colour, t: f64, angle: f64, right: bool) -> Colour {
+    // Read from outside: the right side runs from tail to nose in t. Letters
+    // stand on an angle of the skin and climb along it, so they do not stretch.
+    let degrees = angle.to_degrees();
+    let side = if right { degrees } else { 180.0 - degrees };
+    let text = |colour: Colour, text: &str, span: (f64, f64), foot: f64, metres: f64| {
+        let unit = (span.1 - span.0) / font::text_width(text);
+        let x = if right { span.1 - t } else { t - span.0 } / unit;
+        let y = (side - foot) * metres / unit;
+        let distance = font::distance(text, x, y) - 0.55;
         over(colour, NAVY, cover(distance * unit, TEXEL))
     };
-    let colour = text(colour, "SHEARWATER", 4.15, 7.25, 0.555, 0.50);
-    text(colour, "N42SW", 8.72, 10.02, 0.335, 0.55)
+    let colour = text(colour, "SHEARWATER", (4.45, 6.70), 40.5, 0.0150);
+    text(colour, "N42SW", (8.74, 9.84), 19.0, 0.0096)
 }
 
 /// Dull black before the windscreen.
@@ -95,14 +109,23 @@ fn seams(mut colour: Colour, t: f64, x: f64, y: f64, line: f64, right: bool) -> 
 /// Dark rubber around the panes: the skin shows there in the gaps.
 fn windows(mut colour: Colour, t: f64, angle: f64) -> Colour {
     let degrees = angle.to_degrees();
-    let side = if degrees > 90.0 { 180.0 - degrees } else { degrees };
+    let side = if degrees > 90.0 {
+        180.0 - degrees
+    } else {
+        degrees
+    };
     for i in 0..CABIN_WINDOWS {
         let pane = cabin_pane(i);
         let middle = (0.5 * (pane[0].0 + pane[1].0), 0.5 * (pane[0].1 + pane[2].1));
         let half = (0.5 * (pane[1].0 - pane[0].0), 0.5 * (pane[2].1 - pane[0].1));
         // One degree is about 14 mm of skin.
         let p = (t - middle.0, (side - middle.1) * 0.014);
-        let gap = round_rect(p, (0.0, 0.0), (half.0 + 0.035, half.1 * 0.014 + 0.035), 0.11);
+        let gap = round_rect(
+            p,
+            (0.0, 0.0),
+            (half.0 + 0.035, half.1 * 0.014 + 0.035),
+            0.11,
+        );
         colour = over(colour, RUBBER, 0.8 * cover(gap, TEXEL));
     }
     colour
@@ -139,7 +162,12 @@ pub(super) fn nacelle(s: f64, turn: f64) -> Colour {
         colour = over(colour, SEAM, 0.6 * seam(p.x.abs(), 0.30, 0.008, texel));
     }
     // Soot from the stacks.
-    let low = smoothstep(0.0, -0.6, p.y) * smoothstep(0.9, 1.6, s) * smoothstep(0.15, 0.45, p.x.abs());
+    let low =
+        smoothstep(0.0, -0.6, p.y) * smoothstep(0.9, 1.6, s) * smoothstep(0.15, 0.45, p.x.abs());
     let streak = 0.5 + 0.5 * fbm(s * 0.6, angle * 5.0, 5.0, 3, 0.5, 41);
-    over(colour, [54.0, 48.0, 44.0], (0.55 * low * streak).clamp(0.0, 0.5))
+    over(
+        colour,
+        [54.0, 48.0, 44.0],
+        (0.55 * low * streak).clamp(0.0, 0.5),
+    )
 }

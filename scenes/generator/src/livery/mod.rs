@@ -15,13 +15,16 @@ use paint::{CREAM, Colour};
 /// Texels painted beyond an island's edge, for the filter's sake.
 const BLEED: f64 = 5.0;
 
+/// Colour of a place of a skin, by its two coordinates.
+type Painter = fn(f64, f64) -> Colour;
+
 /// The texture's bytes: RGB, row by row, sRGB.
 #[must_use]
 pub fn pixels() -> Vec<u8> {
     let side = SIZE as usize;
     let base = CREAM.map(byte);
     let mut out: Vec<u8> = base.iter().copied().cycle().take(side * side * 3).collect();
-    let islands: [(Island, fn(f64, f64) -> Colour); 8] = [
+    let islands: [(Island, Painter); 8] = [
         (FUSELAGE, fuselage::fuselage),
         (WING_UPPER, |x, z| surfaces::wing(x, z, true)),
         (WING_LOWER, |x, z| surfaces::wing(x, z, false)),
@@ -37,7 +40,7 @@ pub fn pixels() -> Vec<u8> {
     out
 }
 
-fn fill(out: &mut [u8], side: usize, island: Island, colour_at: fn(f64, f64) -> Colour) {
+fn fill(out: &mut [u8], side: usize, island: Island, colour_at: Painter) {
     let [x, y, w, h] = island.pixels;
     let range = |from: f64, size: f64| {
         let low = (from - BLEED).max(0.0) as usize;

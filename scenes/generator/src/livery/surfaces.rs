@@ -23,7 +23,11 @@ pub(super) fn wing(x: f64, z: f64, upper: bool) -> Colour {
     colour = registration(colour, x, z, upper);
     // Spars and ribs.
     for spar in [0.16, 0.38, 0.66] {
-        colour = over(colour, SEAM, 0.45 * seam((part - spar) * chord.length, 0.0, 0.005, TEXEL));
+        colour = over(
+            colour,
+            SEAM,
+            0.45 * seam((part - spar) * chord.length, 0.0, 0.005, TEXEL),
+        );
     }
     for rib in [1.25, 1.85, 3.05, 3.9, 4.75, 5.6, 6.45, 7.3] {
         colour = over(colour, SEAM, 0.40 * seam(a, rib, 0.005, TEXEL));
@@ -60,14 +64,25 @@ fn registration(colour: Colour, x: f64, z: f64, upper: bool) -> Colour {
     let (from, width) = (3.75, 3.1);
     let unit = width / font::text_width(text);
     // Above: the letters' heads point forward, seen from behind left to right.
-    let (along, up) = if upper { (x - from, 0.78 - z) } else { (-x - from, 0.78 - z) };
+    let (along, up) = if upper {
+        (x - from, 0.78 - z)
+    } else {
+        (-x - from, 0.78 - z)
+    };
     // The letters keep their width and grow a little taller.
     let distance = font::distance(text, along / unit, up / (unit * 1.1)) - 0.55;
     over(colour, NAVY, cover(distance * unit, TEXEL))
 }
 
 fn dirt(colour: Colour, x: f64, z: f64) -> Colour {
-    let panel = fbm((x / 0.85).floor() * 7.7, (z / 0.9).floor() * 3.3, 0.5, 1, 0.5, 23);
+    let panel = fbm(
+        (x / 0.85).floor() * 7.7,
+        (z / 0.9).floor() * 3.3,
+        0.5,
+        1,
+        0.5,
+        23,
+    );
     let streak = fbm(x * 3.0, z * 0.5, 1.0, 3, 0.5, 71);
     let amount = 0.03 + 0.05 * panel + 0.06 * streak.max(0.0);
     over(colour, [96.0, 90.0, 84.0], amount.clamp(0.0, 0.2))
@@ -89,7 +104,11 @@ pub(super) fn tailplane(x: f64, z: f64) -> Colour {
     let part = (z - chord.front) / chord.length.max(0.05);
     let mut colour = over(ALUMINIUM, ORANGE, cover(2.55 - a, TEXEL));
     colour = over(colour, NAVY, band(a, 2.43, 2.50, TEXEL));
-    colour = over(colour, RUBBER, 0.9 * seam((part - 0.60) * chord.length, 0.0, 0.012, TEXEL));
+    colour = over(
+        colour,
+        RUBBER,
+        0.9 * seam((part - 0.60) * chord.length, 0.0, 0.012, TEXEL),
+    );
     for rib in [0.7, 1.3, 1.9] {
         colour = over(colour, SEAM, 0.4 * seam(a, rib, 0.005, TEXEL));
     }
@@ -107,7 +126,11 @@ pub(super) fn fin(z: f64, y: f64) -> Colour {
     let mut colour = over(CREAM, NAVY, cover(2.12 - lean, TEXEL));
     colour = over(colour, ORANGE, band(lean, 2.03, 2.08, TEXEL));
     colour = emblem(colour, z - 6.62, y - 1.52);
-    colour = over(colour, RUBBER, 0.9 * seam((part - 0.60) * chord.length, 0.0, 0.012, TEXEL));
+    colour = over(
+        colour,
+        RUBBER,
+        0.9 * seam((part - 0.60) * chord.length, 0.0, 0.012, TEXEL),
+    );
     for rib in [0.95, 1.95] {
         colour = over(colour, SEAM, 0.35 * seam(y, rib, 0.005, TEXEL));
     }
@@ -119,12 +142,21 @@ pub(super) fn fin(z: f64, y: f64) -> Colour {
 fn emblem(colour: Colour, z: f64, y: f64) -> Colour {
     let radius = (z * z + y * y).sqrt();
     let colour = over(colour, ORANGE, cover(radius - 0.40, TEXEL));
-    let wing: [(f64, f64); 5] = [(-0.52, 0.17), (-0.26, 0.20), (0.0, 0.02), (0.26, -0.08), (0.54, -0.20)];
+    let wing: [(f64, f64); 5] = [
+        (-0.52, 0.17),
+        (-0.26, 0.20),
+        (0.0, 0.02),
+        (0.26, -0.08),
+        (0.54, -0.20),
+    ];
     let mut nearest = 1e3;
     for pair in wing.windows(2) {
         let reach = font::to_segment((z, y), pair[0], pair[1]);
         // Thick at the body, pointed at the tips.
-        nearest = f64::min(nearest, reach - 0.065 * (1.0 - (z / 0.56) * (z / 0.56)).max(0.0));
+        nearest = f64::min(
+            nearest,
+            reach - 0.065 * (1.0 - (z / 0.56) * (z / 0.56)).max(0.0),
+        );
     }
     let body = font::to_segment((z, y), (-0.13, -0.07), (0.12, 0.08)) - 0.055;
     over(colour, NAVY, cover(nearest.min(body), TEXEL))

@@ -38,29 +38,56 @@ impl Island {
 }
 
 /// Fuselage: a = station, b = turn (see `shape::angle_of_turn`).
-pub const FUSELAGE: Island =
-    Island { pixels: [8.0, 8.0, 2032.0, 880.0], a: (0.0, 12.2), b: (0.0, 1.0) };
+pub const FUSELAGE: Island = Island {
+    pixels: [8.0, 8.0, 2032.0, 880.0],
+    a: (0.0, 12.2),
+    b: (0.0, 1.0),
+};
 /// Wing from above: a = x, b = z.
-pub const WING_UPPER: Island =
-    Island { pixels: [8.0, 904.0, 2032.0, 332.0], a: (-8.8, 8.8), b: (-1.12, 2.11) };
+pub const WING_UPPER: Island = Island {
+    pixels: [8.0, 904.0, 2032.0, 332.0],
+    a: (-8.8, 8.8),
+    b: (-1.12, 2.11),
+};
 /// Wing from below: a = x, b = z.
-pub const WING_LOWER: Island =
-    Island { pixels: [8.0, 1248.0, 2032.0, 332.0], a: (-8.8, 8.8), b: (-1.12, 2.11) };
+pub const WING_LOWER: Island = Island {
+    pixels: [8.0, 1248.0, 2032.0, 332.0],
+    a: (-8.8, 8.8),
+    b: (-1.12, 2.11),
+};
 /// Tailplane from above: a = x, b = z.
-pub const TAIL_UPPER: Island =
-    Island { pixels: [8.0, 1592.0, 690.0, 196.0], a: (-3.0, 3.0), b: (5.5, 7.25) };
+pub const TAIL_UPPER: Island = Island {
+    pixels: [8.0, 1592.0, 690.0, 196.0],
+    a: (-3.0, 3.0),
+    b: (5.5, 7.25),
+};
 /// Tailplane from below: a = x, b = z.
-pub const TAIL_LOWER: Island =
-    Island { pixels: [706.0, 1592.0, 690.0, 196.0], a: (-3.0, 3.0), b: (5.5, 7.25) };
+pub const TAIL_LOWER: Island = Island {
+    pixels: [706.0, 1592.0, 690.0, 196.0],
+    a: (-3.0, 3.0),
+    b: (5.5, 7.25),
+};
 /// Fin, right side: a = z, b = y (downwards).
-pub const FIN_RIGHT: Island =
-    Island { pixels: [1404.0, 1592.0, 420.0, 220.0], a: (4.1, 7.8), b: (2.64, 0.3) };
+pub const FIN_RIGHT: Island = Island {
+    pixels: [1404.0, 1592.0, 420.0, 220.0],
+    a: (4.1, 7.8),
+    b: (2.64, 0.3),
+};
 /// Fin, left side: a = z, b = y (downwards).
-pub const FIN_LEFT: Island =
-    Island { pixels: [1404.0, 1820.0, 420.0, 220.0], a: (4.1, 7.8), b: (2.64, 0.3) };
+pub const FIN_LEFT: Island = Island {
+    pixels: [1404.0, 1820.0, 420.0, 220.0],
+    a: (4.1, 7.8),
+    b: (2.64, 0.3),
+};
 /// Nacelle and cowling: a = station from the lip, b = turn.
-pub const NACELLE: Island =
-    Island { pixels: [8.0, 1800.0, 690.0, 240.0], a: (-0.05, 4.6), b: (0.0, 1.0) };
+pub const NACELLE: Island = Island {
+    pixels: [8.0, 1800.0, 690.0, 240.0],
+    a: (-0.05, 4.6),
+    b: (0.0, 1.0),
+};
 /// A plain patch for the small painted parts.
-pub const PLAIN: Island =
-    Island { pixels: [706.0, 1800.0, 240.0, 240.0], a: (0.0, 1.0), b: (0.0, 1.0) };
+pub const PLAIN: Island = Island {
+    pixels: [706.0, 1800.0, 240.0, 240.0],
+    a: (0.0, 1.0),
+    b: (0.0, 1.0),
+};

@@ -39,28 +39,58 @@ pub(super) fn add_underside(mesh: &mut Mesh, origin: Vec3, side: &str) {
 
 /// Everything that is not on a nacelle.
 pub(super) fn add(mesh: &mut Mesh) {
-    let skin = |t: f64, degrees: f64| {
-        FUSELAGE.point(t, degrees.to_radians()) + vec3(0.0, 0.0, NOSE_Z)
-    };
+    let skin =
+        |t: f64, degrees: f64| FUSELAGE.point(t, degrees.to_radians()) + vec3(0.0, 0.0, NOSE_Z);
     mesh.begin("aerials", "metal");
     // Mast behind the cockpit and the wires from it to the fin.
     let mast = skin(3.05, 90.0);
     let head = mast + vec3(0.0, 0.52, 0.14);
-    tube(mesh, &[mast - vec3(0.0, 0.05, 0.0), head], 0.022, 10, End::Fan);
+    tube(
+        mesh,
+        &[mast - vec3(0.0, 0.05, 0.0), head],
+        0.022,
+        10,
+        End::Fan,
+    );
     tube(mesh, &[head, vec3(0.0, 2.50, 6.75)], 0.006, 5, End::Open);
     // Pitot tubes below the nose.
     for angle in [-62.0, -118.0] {
         let foot = skin(0.95, angle);
         let low = foot + vec3(0.0, -0.16, -0.02);
-        tube(mesh, &[foot + vec3(0.0, 0.04, 0.0), low], 0.014, 8, End::Open);
-        tube(mesh, &[low + vec3(0.0, 0.0, 0.03), low + vec3(0.0, 0.0, -0.24)], 0.012, 8, End::Fan);
+        tube(
+            mesh,
+            &[foot + vec3(0.0, 0.04, 0.0), low],
+            0.014,
+            8,
+            End::Open,
+        );
+        tube(
+            mesh,
+            &[low + vec3(0.0, 0.0, 0.03), low + vec3(0.0, 0.0, -0.24)],
+            0.012,
+            8,
+            End::Fan,
+        );
     }
     // Tail wheel fork.
     let fork = skin(10.9, -90.0);
-    tube(mesh, &[fork + vec3(0.0, 0.1, -0.1), fork + vec3(0.0, -0.16, 0.06)], 0.03, 8, End::Fan);
+    tube(
+        mesh,
+        &[fork + vec3(0.0, 0.1, -0.1), fork + vec3(0.0, -0.16, 0.06)],
+        0.03,
+        8,
+        End::Fan,
+    );
     mesh.begin("tail-wheel", "tyre");
     let hub = fork + vec3(-0.05, -0.17, 0.08);
-    let wheel = [(0.0, 0.0), (0.0, 0.10), (0.02, 0.125), (0.08, 0.125), (0.10, 0.10), (0.10, 0.0)];
+    let wheel = [
+        (0.0, 0.0),
+        (0.0, 0.10),
+        (0.02, 0.125),
+        (0.08, 0.125),
+        (0.10, 0.10),
+        (0.10, 0.0),
+    ];
     revolve(mesh, hub, vec3(1.0, 0.0, 0.0), &wheel, 20);
     // Teardrop of the direction finder, under the nose.
     mesh.begin("loop", "frame");
@@ -77,7 +107,13 @@ pub(super) fn add(mesh: &mut Mesh) {
         .collect();
     let belly = skin(2.3, -90.0) + vec3(0.0, -0.10, 0.0);
     revolve(mesh, belly, vec3(0.0, 0.0, 1.0), &drop, 20);
-    tube(mesh, &[belly + vec3(0.0, 0.2, 0.24), belly + vec3(0.0, 0.0, 0.24)], 0.03, 8, End::Open);
+    tube(
+        mesh,
+        &[belly + vec3(0.0, 0.2, 0.24), belly + vec3(0.0, 0.0, 0.24)],
+        0.03,
+        8,
+        End::Open,
+    );
     lamps(mesh);
 }
 
@@ -96,7 +132,10 @@ fn lamps(mesh: &mut Mesh) {
             .map(|i| {
                 let angle = std::f64::consts::PI * f64::from(i) / 10.0;
                 let pole = i == 0 || i == 10;
-                (-0.085 * libm::cos(angle), if pole { 0.0 } else { 0.045 * libm::sin(angle) })
+                (
+                    -0.085 * libm::cos(angle),
+                    if pole { 0.0 } else { 0.045 * libm::sin(angle) },
+                )
             })
             .collect();
         revolve(mesh, middle, vec3(0.0, 0.0, 1.0), &ball, 16);

@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 /// Cylinders of the star.
 const CYLINDERS: usize = 9;
 /// Cooling fins per cylinder.
-const FINS: usize = 7;
+const FINS: usize = 6;
 
 /// Adds the engine behind the cowling's lip at `origin`.
 pub(super) fn add(mesh: &mut Mesh, origin: Vec3, side: &str) {
@@ -32,12 +32,24 @@ pub(super) fn add(mesh: &mut Mesh, origin: Vec3, side: &str) {
     for i in 0..CYLINDERS {
         let angle = TAU * (i as f64 + 0.25) / CYLINDERS as f64;
         let out = vec3(libm::cos(angle), libm::sin(angle), 0.0);
-        revolve(mesh, origin + vec3(0.0, 0.0, 0.22), out, &cylinder(), 16);
+        revolve(mesh, origin + vec3(0.0, 0.0, 0.22), out, &cylinder(), 11);
         // Push rod and ignition lead in front of the barrel.
         let rod = [(0.12, 0.0), (0.12, 0.012), (0.44, 0.012), (0.44, 0.0)];
         let lean = vec3(0.10 * libm::sin(angle), -0.10 * libm::cos(angle), 0.0);
-        revolve(mesh, origin + vec3(0.0, 0.0, 0.11), (out + lean).normalized(), &rod, 6);
-        revolve(mesh, origin + vec3(0.0, 0.0, 0.11), (out - lean).normalized(), &rod, 6);
+        revolve(
+            mesh,
+            origin + vec3(0.0, 0.0, 0.11),
+            (out + lean).normalized(),
+            &rod,
+            6,
+        );
+        revolve(
+            mesh,
+            origin + vec3(0.0, 0.0, 0.11),
+            (out - lean).normalized(),
+            &rod,
+            6,
+        );
     }
 }
 
@@ -45,8 +57,13 @@ pub(super) fn add(mesh: &mut Mesh, origin: Vec3, side: &str) {
 fn cylinder() -> Vec<(f64, f64)> {
     let mut profile = vec![(0.15, 0.0), (0.15, 0.075)];
     for fin in 0..FINS {
-        let at = 0.20 + 0.03 * fin as f64;
-        profile.extend([(at, 0.075), (at + 0.006, 0.098), (at + 0.014, 0.098), (at + 0.02, 0.075)]);
+        let at = 0.20 + 0.035 * fin as f64;
+        profile.extend([
+            (at, 0.075),
+            (at + 0.006, 0.098),
+            (at + 0.014, 0.098),
+            (at + 0.02, 0.075),
+        ]);
     }
     profile.extend([(0.42, 0.10), (0.455, 0.095), (0.47, 0.06), (0.475, 0.0)]);
     profile

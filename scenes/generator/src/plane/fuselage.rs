@@ -24,7 +24,11 @@ pub(super) fn add(mesh: &mut Mesh) {
                     let p = FUSELAGE.point(t, angle_of_turn(j as f64 / AROUND as f64));
                     // The poles are exact points whatever the rounding says.
                     let pole = t <= 0.0 || t >= LENGTH;
-                    place(if pole { vec3(0.0, FUSELAGE.point(t, 0.0).y, t) } else { p })
+                    place(if pole {
+                        vec3(0.0, FUSELAGE.point(t, 0.0).y, t)
+                    } else {
+                        p
+                    })
                 })
                 .collect()
         })
@@ -44,7 +48,9 @@ fn place(p: Vec3) -> Vec3 {
 
 /// Dense at the nose, at the windscreen and at the very end.
 fn stations() -> Vec<f64> {
-    let mut list: Vec<f64> = (0..44).map(|i| 1.7 * libm::pow(f64::from(i) / 44.0, 2.0)).collect();
+    let mut list: Vec<f64> = (0..44)
+        .map(|i| 1.7 * libm::pow(f64::from(i) / 44.0, 2.0))
+        .collect();
     list.extend((0..22).map(|i| 1.7 + 0.05 * f64::from(i)));
     list.extend((0..66).map(|i| 2.8 + 9.05 * f64::from(i) / 66.0));
     list.extend((0..=10).map(|i| 11.85 + 0.35 * libm::sin(0.5 * PI * f64::from(i) / 10.0)));
@@ -75,7 +81,12 @@ fn for_each_pane(mut visit: impl FnMut(Pane, f64)) {
 /// Point of a pane: (a, b) in [-1, 1] squared, `height` over the skin.
 fn on_pane(body: &Body, pane: &Pane, a: f64, b: f64, height: f64) -> Vec3 {
     let (fa, fb) = (0.5 * (a + 1.0), 0.5 * (b + 1.0));
-    let weights = [(1.0 - fa) * (1.0 - fb), fa * (1.0 - fb), fa * fb, (1.0 - fa) * fb];
+    let weights = [
+        (1.0 - fa) * (1.0 - fb),
+        fa * (1.0 - fb),
+        fa * fb,
+        (1.0 - fa) * fb,
+    ];
     let (mut t, mut angle) = (0.0, 0.0);
     for (weight, corner) in weights.iter().zip(pane) {
         t += weight * corner.0;
@@ -140,8 +151,8 @@ fn pane_frame(mesh: &mut Mesh, pane: &Pane, exponent: f64) {
     }
 }
 
-/// (a, b) is (aft, up): on the right side that is left-handed seen from
-/// outside... the face is turned so that it looks outwards.
+/// (a, b) is (aft, up) on the right side and (forward, up) on the left, which
+/// turns clockwise seen from outside on both; so the face is reversed.
 fn pane_face(mesh: &mut Mesh, corners: [u32; 4]) {
     let [a, b, c, d] = corners;
     mesh.face(&[a, d, c, b]);

@@ -30,7 +30,13 @@ pub fn mesh() -> Mesh {
 }
 
 const fn plain(name: &'static str, diffuse: [f64; 3], specular: f64, exponent: f64) -> Material {
-    Material { name, diffuse, specular: [specular; 3], exponent, texture: None }
+    Material {
+        name,
+        diffuse,
+        specular: [specular; 3],
+        exponent,
+        texture: None,
+    }
 }
 
 /// Materials of `plane.mtl`.

@@ -50,8 +50,9 @@ pub(super) fn add(mesh: &mut Mesh) {
 }
 
 fn body(mesh: &mut Mesh, origin: Vec3) {
-    let mut stations: Vec<f64> =
-        (0..44).map(|i| 0.72 + (NACELLE_LENGTH - 0.9) * f64::from(i) / 47.0).collect();
+    let mut stations: Vec<f64> = (0..44)
+        .map(|i| 0.72 + (NACELLE_LENGTH - 0.9) * f64::from(i) / 47.0)
+        .collect();
     let from = stations.last().copied().unwrap_or(0.72);
     stations.extend((1..=12).map(|i| {
         from + (NACELLE_LENGTH - from) * libm::sin(0.5 * std::f64::consts::PI * f64::from(i) / 12.0)
@@ -70,7 +71,9 @@ fn body(mesh: &mut Mesh, origin: Vec3) {
                 .collect()
         })
         .collect();
-    loft_uv(mesh, &rings, &|i, j| atlas::NACELLE.uv(stations[i], j as f64 / AROUND as f64));
+    loft_uv(mesh, &rings, &|i, j| {
+        atlas::NACELLE.uv(stations[i], j as f64 / AROUND as f64)
+    });
 }
 
 fn cowl(mesh: &mut Mesh, origin: Vec3) {
@@ -85,5 +88,7 @@ fn cowl(mesh: &mut Mesh, origin: Vec3) {
                 .collect()
         })
         .collect();
-    loft_uv(mesh, &rings, &|i, j| atlas::NACELLE.uv(COWL[i].0, j as f64 / AROUND as f64));
+    loft_uv(mesh, &rings, &|i, j| {
+        atlas::NACELLE.uv(COWL[i].0, j as f64 / AROUND as f64)
+    });
 }

@@ -25,7 +25,13 @@ pub fn mesh() -> Mesh {
         })
         .chain([(0.115, 0.15), (0.115, 0.0)])
         .collect();
-    revolve(&mut mesh, Vec3::default(), vec3(0.0, 0.0, 1.0), &spinner, 32);
+    revolve(
+        &mut mesh,
+        Vec3::default(),
+        vec3(0.0, 0.0, 1.0),
+        &spinner,
+        32,
+    );
     for (name, material, from, to) in [
         ("blades", "blade", 0.10, TIP_FROM),
         ("blade-tips", "blade-tip", TIP_FROM, PROPELLER_RADIUS),
@@ -46,7 +52,11 @@ fn blade_between(mesh: &mut Mesh, turn: f64, from: f64, to: f64) {
         .map(|i| {
             let s = f64::from(i) / f64::from(steps);
             // The tip's radii crowd to the end, where it rounds off.
-            let s = if to < PROPELLER_RADIUS { s } else { libm::sin(s * 0.25 * TAU) };
+            let s = if to < PROPELLER_RADIUS {
+                s
+            } else {
+                libm::sin(s * 0.25 * TAU)
+            };
             ring(mix(from, to, s), turn)
         })
         .collect();
@@ -56,19 +66,39 @@ fn blade_between(mesh: &mut Mesh, turn: f64, from: f64, to: f64) {
 /// Section of the blade at a radius.
 fn ring(radius: f64, turn: f64) -> Vec<Vec3> {
     let chord = pchip(
-        &[(0.10, 0.075), (0.22, 0.085), (0.45, 0.165), (0.70, 0.185), (1.0, 0.16), (1.22, 0.105)],
+        &[
+            (0.10, 0.075),
+            (0.22, 0.085),
+            (0.45, 0.165),
+            (0.70, 0.185),
+            (1.0, 0.16),
+            (1.22, 0.105),
+        ],
         radius,
     );
     let past = ((radius - 1.10) / (PROPELLER_RADIUS - 1.10)).clamp(0.0, 1.0);
     let chord = chord * (1.0 - past * past).max(0.0004).sqrt();
-    let thickness =
-        pchip(&[(0.10, 0.95), (0.24, 0.75), (0.45, 0.20), (0.70, 0.12), (1.22, 0.075)], radius);
-    let section = Airfoil { camber: 0.03, camber_at: 0.4, thickness };
+    let thickness = pchip(
+        &[
+            (0.10, 0.95),
+            (0.24, 0.75),
+            (0.45, 0.20),
+            (0.70, 0.12),
+            (1.22, 0.075),
+        ],
+        radius,
+    );
+    let section = Airfoil {
+        camber: 0.03,
+        camber_at: 0.4,
+        thickness,
+    };
     let pitch = libm::atan2(2.3, TAU * radius.max(0.28));
     let (s, c) = (libm::sin(pitch), libm::cos(pitch));
     section
         .outline(12)
         .iter()
+        .rev()
         .map(|&(x, y)| {
             // Leading edge ahead in the sense of rotation (+x at the top,
             // seen from behind clockwise) and towards -z.

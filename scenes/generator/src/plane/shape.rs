@@ -49,7 +49,11 @@ impl Body {
     /// over +y; z is the station itself.
     #[must_use]
     pub fn point(&self, t: f64, angle: f64) -> Vec3 {
-        let at = if self.round_nose { t.max(0.0).sqrt() } else { t };
+        let at = if self.round_nose {
+            t.max(0.0).sqrt()
+        } else {
+            t
+        };
         let width = pchip(self.width, at);
         let (top, bottom) = (pchip(self.top, at), pchip(self.bottom, at));
         let power = 2.0 / pchip(self.exponent, at);
@@ -126,7 +130,14 @@ pub const FUSELAGE: Body = Body {
         (3.36, 0.13),
         (3.493, 0.24),
     ],
-    exponent: &[(0.0, 2.0), (1.0, 2.05), (1.6, 2.25), (2.4, 2.25), (3.0, 2.05), (3.493, 2.0)],
+    exponent: &[
+        (0.0, 2.0),
+        (1.0, 2.05),
+        (1.6, 2.25),
+        (2.4, 2.25),
+        (3.0, 2.05),
+        (3.493, 2.0),
+    ],
     round_nose: true,
     tail: (11.85, LENGTH),
 };
@@ -203,7 +214,16 @@ pub fn wing_chord(x: f64) -> Chord {
     let fillet = libm::exp(-near * near);
     let front = mix(-1.0, -0.38, outer) - 0.10 * fillet;
     let back = mix(1.75, 0.86, outer) + 0.34 * fillet;
-    rounded(Chord { front, length: back - front }, 0.42, a, SEMI_SPAN, 1.05)
+    rounded(
+        Chord {
+            front,
+            length: back - front,
+        },
+        0.42,
+        a,
+        SEMI_SPAN,
+        1.05,
+    )
 }
 
 /// Height of the wing's chord line at distance |x|: flat between the engines,
@@ -213,7 +233,11 @@ pub fn wing_height(x: f64) -> f64 {
     let a = x.abs();
     // Integral of a smooth turn from 0 to tan 6 degrees about |x| = 2.4.
     let past = (a - 2.1).max(0.0);
-    let bend = if past < 0.6 { past * past / 1.2 } else { past - 0.3 };
+    let bend = if past < 0.6 {
+        past * past / 1.2
+    } else {
+        past - 0.3
+    };
     -0.52 + 0.1051 * bend
 }
 
@@ -224,7 +248,16 @@ pub fn tailplane_chord(x: f64) -> Chord {
     let s = a / TAIL_SEMI_SPAN;
     let front = mix(5.55, 6.12, s);
     let back = mix(7.20, 7.06, s);
-    rounded(Chord { front, length: back - front }, 0.45, a, TAIL_SEMI_SPAN, 0.6)
+    rounded(
+        Chord {
+            front,
+            length: back - front,
+        },
+        0.45,
+        a,
+        TAIL_SEMI_SPAN,
+        0.6,
+    )
 }
 
 /// Foot and tip of the fin.
@@ -237,7 +270,16 @@ pub fn fin_chord(y: f64) -> Chord {
     let dorsal = 1.0 - smoothstep(0.0, 0.42, s);
     let front = mix(5.15, 6.55, s) - 1.0 * dorsal * dorsal;
     let back = mix(7.78, 7.62, s) - 0.22 * (1.0 - smoothstep(0.0, 0.25, s));
-    rounded(Chord { front, length: back - front }, 0.55, y, FIN_SPAN.1, 0.62)
+    rounded(
+        Chord {
+            front,
+            length: back - front,
+        },
+        0.55,
+        y,
+        FIN_SPAN.1,
+        0.62,
+    )
 }
 
 /// A window as a quadrilateral on the fuselage: (station, angle in degrees)
@@ -260,5 +302,10 @@ pub const CABIN_WINDOWS: usize = 6;
 pub fn cabin_pane(index: usize) -> Pane {
     let t = 3.62 + 0.74 * index as f64;
     let (half, low, high) = (0.215, 7.5, 34.0);
-    [(t - half, low), (t + half, low), (t + half, high), (t - half, high)]
+    [
+        (t - half, low),
+        (t + half, low),
+        (t + half, high),
+        (t - half, high),
+    ]
 }

@@ -14,7 +14,11 @@ const TAILPLANE_Y: f64 = 0.42;
 /// Adds the tailplane and the fin, both symmetric sections.
 pub(super) fn add(mesh: &mut Mesh) {
     mesh.begin("tailplane", "livery");
-    let section = |thickness: f64| Airfoil { camber: 0.0, camber_at: 0.4, thickness };
+    let section = |thickness: f64| Airfoil {
+        camber: 0.0,
+        camber_at: 0.4,
+        thickness,
+    };
     let ribs: Vec<Rib> = crowded(48)
         .iter()
         .map(|&place| {
@@ -29,7 +33,11 @@ pub(super) fn add(mesh: &mut Mesh) {
         })
         .collect();
     skin(mesh, &ribs, vec3(0.0, 1.0, 0.0), 16, &|p, upper| {
-        let island = if upper { atlas::TAIL_UPPER } else { atlas::TAIL_LOWER };
+        let island = if upper {
+            atlas::TAIL_UPPER
+        } else {
+            atlas::TAIL_LOWER
+        };
         island.uv(p.x, p.z)
     });
 
@@ -50,7 +58,11 @@ pub(super) fn add(mesh: &mut Mesh) {
         })
         .collect();
     skin(mesh, &ribs, vec3(1.0, 0.0, 0.0), 18, &|p, right| {
-        let island = if right { atlas::FIN_RIGHT } else { atlas::FIN_LEFT };
+        let island = if right {
+            atlas::FIN_RIGHT
+        } else {
+            atlas::FIN_LEFT
+        };
         island.uv(p.z, p.y)
     });
 }

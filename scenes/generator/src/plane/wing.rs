@@ -12,7 +12,7 @@ use crate::vec3::vec3;
 /// incidence washed out to none.
 pub(super) fn add(mesh: &mut Mesh) {
     mesh.begin("wing", "livery");
-    let ribs: Vec<Rib> = crowded(110)
+    let ribs: Vec<Rib> = crowded(100)
         .iter()
         .map(|&place| {
             // The last rib stands a hair before the tip, where the chord is 0.
@@ -33,8 +33,12 @@ pub(super) fn add(mesh: &mut Mesh) {
             }
         })
         .collect();
-    skin(mesh, &ribs, vec3(0.0, 1.0, 0.0), 26, &|p, upper| {
-        let island = if upper { atlas::WING_UPPER } else { atlas::WING_LOWER };
+    skin(mesh, &ribs, vec3(0.0, 1.0, 0.0), 24, &|p, upper| {
+        let island = if upper {
+            atlas::WING_UPPER
+        } else {
+            atlas::WING_LOWER
+        };
         island.uv(p.x, p.z)
     });
 }

@@ -41,19 +41,24 @@ pub(super) fn clear(direction: Vec3, to_sun: Vec3) -> Radiance {
 
     let zenith = blend([0.105, 0.120, 0.300], [0.150, 0.160, 0.330], facing);
     let mut sky = zenith;
-    let violet = blend([0.26, 0.17, 0.34], [0.62, 0.28, 0.36], warm);
-    sky = add(sky, violet, libm::exp(-up * up / 0.085));
-    let orange = blend([0.16, 0.09, 0.10], [1.35, 0.50, 0.14], warm);
-    sky = add(sky, orange, libm::exp(-up / 0.115));
-    let glow = blend([0.02, 0.02, 0.05], [1.05, 0.52, 0.16], warm * facing);
+    let violet = blend([0.33, 0.20, 0.40], [0.42, 0.155, 0.26], warm);
+    let lift = (up - 0.17) / 0.20;
+    sky = add(sky, violet, libm::exp(-lift * lift));
+    let orange = blend([0.24, 0.13, 0.14], [1.60, 0.46, 0.065], warm);
+    sky = add(sky, orange, libm::exp(-up / 0.105));
+    let glow = blend([0.02, 0.02, 0.05], [1.05, 0.47, 0.10], warm * facing);
     sky = add(sky, glow, libm::exp(-up / 0.035));
     // Aureole: a wide and a narrow lobe.
-    sky = add(sky, [1.10, 0.48, 0.13], libm::exp(-away / 0.30));
-    sky = add(sky, [2.40, 1.35, 0.50], libm::exp(-away / 0.075));
+    sky = add(sky, [1.00, 0.38, 0.07], libm::exp(-away / 0.26));
+    sky = add(sky, [2.40, 1.30, 0.42], libm::exp(-away / 0.065));
     // Opposite the sun the earth's shadow lies blue under a rosy belt.
     let opposite = (1.0 - facing) * (1.0 - facing);
     let belt = (up - 0.16) / 0.085;
-    sky = add(sky, [0.16, 0.055, 0.075], opposite * libm::exp(-belt * belt));
+    sky = add(
+        sky,
+        [0.16, 0.055, 0.075],
+        opposite * libm::exp(-belt * belt),
+    );
     let shadow = opposite * (1.0 - smoothstep(0.02, 0.13, up));
     let cool = [0.72, 0.82, 1.0];
     std::array::from_fn(|i| sky[i] * mix(1.0, cool[i] * 0.85, shadow))
@@ -62,7 +67,11 @@ pub(super) fn clear(direction: Vec3, to_sun: Vec3) -> Radiance {
 /// Radiance below the horizon: the haze, darker with depth.
 #[must_use]
 pub(super) fn below(direction: Vec3, to_sun: Vec3) -> Radiance {
-    let level = Vec3 { y: 0.0, ..direction }.normalized();
+    let level = Vec3 {
+        y: 0.0,
+        ..direction
+    }
+    .normalized();
     let haze = clear(level, to_sun);
     let depth = (-direction.y).clamp(0.0, 1.0);
     let fade = mix(0.10, 1.0, libm::exp(-depth / 0.06));

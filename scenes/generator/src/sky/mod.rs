@@ -31,8 +31,11 @@ pub fn pixels(to_sun: Vec3) -> Vec<[f32; 3]> {
         for column in 0..WIDTH {
             let bearing = TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
             let flat = libm::sin(polar);
-            let towards =
-                vec3(flat * libm::sin(bearing), libm::cos(polar), -flat * libm::cos(bearing));
+            let towards = vec3(
+                flat * libm::sin(bearing),
+                libm::cos(polar),
+                -flat * libm::cos(bearing),
+            );
             out.push(radiance(towards, to_sun).map(|v| v as f32));
         }
     }
@@ -52,7 +55,8 @@ pub fn radiance(towards: Vec3, to_sun: Vec3) -> [f64; 3] {
     let veil = clouds::cirrus(towards);
     // Ice scatters forward: bright rose to gold near the sun, violet far off.
     let ice = dome::blend([0.36, 0.25, 0.40], [1.75, 0.80, 0.38], near_sun);
-    let ice: [f64; 3] = std::array::from_fn(|i| 0.45 * clear[i] + ice[i] * (0.35 + 0.65 * veil.lit));
+    let ice: [f64; 3] =
+        std::array::from_fn(|i| 0.45 * clear[i] + ice[i] * (0.35 + 0.65 * veil.lit));
     let sky = dome::blend(clear, ice, veil.opacity);
 
     let cells = clouds::altocumulus(towards, to_sun);
