@@ -80,5 +80,5 @@ fn density(x: f64, z: f64) -> f64 {
         0.52,
         404,
     );
-    smoothstep(0.10, 0.55, cells + 1.05 * field - 0.02)
+    smoothstep(0.10, 0.55, cells + 1.05 * field + 0.03)
 }

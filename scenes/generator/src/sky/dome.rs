@@ -39,18 +39,20 @@ pub(super) fn clear(direction: Vec3, to_sun: Vec3) -> Radiance {
     let cos_sun = direction.dot(to_sun).clamp(-1.0, 1.0);
     let away = libm::acos(cos_sun);
 
-    let zenith = blend([0.105, 0.120, 0.300], [0.150, 0.160, 0.330], facing);
-    let mut sky = zenith;
-    let violet = blend([0.33, 0.20, 0.40], [0.42, 0.155, 0.26], warm);
-    let lift = (up - 0.17) / 0.20;
+    let zenith = blend([0.070, 0.090, 0.280], [0.080, 0.085, 0.270], facing);
+    // The blue drowns in the dust above the sun's horizon.
+    let dust = 0.85 * warm * libm::exp(-up / 0.16);
+    let mut sky = zenith.map(|v| v * (1.0 - dust));
+    let violet = blend([0.30, 0.17, 0.40], [0.46, 0.085, 0.24], warm);
+    let lift = (up - 0.19) / 0.165;
     sky = add(sky, violet, libm::exp(-lift * lift));
-    let orange = blend([0.24, 0.13, 0.14], [1.60, 0.46, 0.065], warm);
+    let orange = blend([0.27, 0.14, 0.17], [2.25, 0.47, 0.015], warm);
     sky = add(sky, orange, libm::exp(-up / 0.105));
-    let glow = blend([0.02, 0.02, 0.05], [1.05, 0.47, 0.10], warm * facing);
+    let glow = blend([0.02, 0.02, 0.05], [1.20, 0.42, 0.03], warm * facing);
     sky = add(sky, glow, libm::exp(-up / 0.035));
     // Aureole: a wide and a narrow lobe.
-    sky = add(sky, [1.00, 0.38, 0.07], libm::exp(-away / 0.26));
-    sky = add(sky, [2.40, 1.30, 0.42], libm::exp(-away / 0.065));
+    sky = add(sky, [1.30, 0.36, 0.01], libm::exp(-away / 0.27));
+    sky = add(sky, [2.60, 1.30, 0.30], libm::exp(-away / 0.065));
     // Opposite the sun the earth's shadow lies blue under a rosy belt.
     let opposite = (1.0 - facing) * (1.0 - facing);
     let belt = (up - 0.16) / 0.085;

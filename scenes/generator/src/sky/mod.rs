@@ -54,14 +54,14 @@ pub fn radiance(towards: Vec3, to_sun: Vec3) -> [f64; 3] {
 
     let veil = clouds::cirrus(towards);
     // Ice scatters forward: bright rose to gold near the sun, violet far off.
-    let ice = dome::blend([0.36, 0.25, 0.40], [1.75, 0.80, 0.38], near_sun);
+    let ice = dome::blend([0.36, 0.22, 0.40], [1.65, 0.50, 0.22], near_sun);
     let ice: [f64; 3] =
         std::array::from_fn(|i| 0.45 * clear[i] + ice[i] * (0.35 + 0.65 * veil.lit));
     let sky = dome::blend(clear, ice, veil.opacity);
 
     let cells = clouds::altocumulus(towards, to_sun);
-    let shade = dome::blend([0.17, 0.14, 0.23], [0.52, 0.24, 0.21], near_sun);
-    let edge = dome::blend([0.55, 0.32, 0.36], [3.10, 1.45, 0.52], near_sun);
+    let shade = dome::blend([0.17, 0.14, 0.23], [0.42, 0.13, 0.15], near_sun);
+    let edge = dome::blend([0.55, 0.32, 0.36], [3.20, 1.10, 0.18], near_sun);
     let cell = dome::add(shade, edge, cells.lit);
     let haze = libm::exp(-towards.y / 0.05);
     let cell = dome::blend(cell, clear, 0.75 * haze);
