@@ -1,0 +1,75 @@
+//! The files of a scene: their names and bytes, made from nothing.
+
+use crate::image_files::{self, EncodeError};
+use crate::obj::{mtl_text, obj_text};
+use crate::{bridge, composition, land, livery, plane, sky};
+
+/// One file of a scene.
+pub struct Asset {
+    /// Path relative to the scene's folder.
+    pub path: &'static str,
+    /// Contents.
+    pub bytes: Vec<u8>,
+}
+
+/// All files of the golden-gate scene but its README.
+///
+/// # Errors
+/// When an image encoder refuses.
+pub fn golden_gate() -> Result<Vec<Asset>, EncodeError> {
+    let plane_title =
+        "Shearwater: twin-engined plane; nose towards -z, origin at the centre of mass";
+    let propeller_title = "Shearwater: propeller about its own axis z, spinner towards -z";
+    let bridge_title = "Shearwater: suspension bridge; x along it, origin on the water at mid-span";
+    let land_title = "Shearwater: headlands in the scene's own coordinates";
+    let text = |path, text: String| Asset {
+        path,
+        bytes: text.into_bytes(),
+    };
+    let side = plane::atlas::SIZE;
+    Ok(vec![
+        text("scene.json", composition::scene_json()),
+        text(
+            "assets/plane.obj",
+            obj_text(plane_title, "plane.mtl", &plane::mesh(), 4),
+        ),
+        text("assets/plane.mtl", mtl_text(plane_title, &plane::MATERIALS)),
+        text(
+            "assets/propeller.obj",
+            obj_text(
+                propeller_title,
+                "propeller.mtl",
+                &plane::propeller_mesh(),
+                4,
+            ),
+        ),
+        text(
+            "assets/propeller.mtl",
+            mtl_text(propeller_title, &plane::PROPELLER_MATERIALS),
+        ),
+        text(
+            "assets/bridge.obj",
+            obj_text(bridge_title, "bridge.mtl", &bridge::mesh(), 3),
+        ),
+        text(
+            "assets/bridge.mtl",
+            mtl_text(bridge_title, &bridge::MATERIALS),
+        ),
+        text(
+            "assets/headland.obj",
+            obj_text(land_title, "headland.mtl", &land::mesh(), 1),
+        ),
+        text(
+            "assets/headland.mtl",
+            mtl_text(land_title, &land::MATERIALS),
+        ),
+        Asset {
+            path: "assets/livery.png",
+            bytes: image_files::png(&livery::pixels(), side, side)?,
+        },
+        Asset {
+            path: "assets/sky.exr",
+            bytes: image_files::exr(&sky::pixels(composition::to_sun()), sky::WIDTH, sky::HEIGHT)?,
+        },
+    ])
+}

@@ -1,0 +1,18 @@
+//! Generates the models, textures and skies of the example scenes, bit for
+//! bit: no platform mathematics, no threads, no order that could change.
+
+pub mod airfoil;
+pub mod assets;
+pub mod bridge;
+pub mod composition;
+pub mod curve;
+pub mod image_files;
+pub mod land;
+pub mod livery;
+pub mod loft;
+pub mod mesh;
+pub mod noise;
+pub mod obj;
+pub mod plane;
+pub mod sky;
+pub mod vec3;
