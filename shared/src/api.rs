@@ -55,6 +55,9 @@ pub struct JobView {
     pub done: bool,
     /// Why it failed.
     pub failure: Option<String>,
+    /// Whose fault the failure was; absent when it did not fail or nobody knows.
+    #[serde(default)]
+    pub failure_kind: Option<FailureKind>,
     /// Priority.
     pub priority: i32,
     /// What is rendered.
