@@ -52,6 +52,9 @@ impl AssetCache {
             return;
         }
         let inner = &mut *self.inner();
+        if inner.entries.contains_key(&hash) {
+            return;
+        }
         while inner.bytes + length > self.bytes_max {
             let oldest = inner.entries.iter().min_by_key(|(_, e)| e.last_used);
             let Some(oldest) = oldest.map(|(hash, _)| *hash) else {
@@ -67,9 +70,7 @@ impl AssetCache {
             last_used: inner.clock,
         };
         inner.bytes += length;
-        if let Some(old) = inner.entries.insert(hash, entry) {
-            inner.bytes -= old.bytes.len() as u64;
-        }
+        inner.entries.insert(hash, entry);
     }
 
     /// The asset `hash`, from memory or from the coordinator. `size` is its
