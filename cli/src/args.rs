@@ -32,7 +32,7 @@ Examples:
   A quick look:
     shearwater render scene.json --size 512x256 --spp 16
   A farm: one coordinator, any number of workers, jobs from anywhere:
-    shearwater coordinator --data /var/lib/shearwater --listen 0.0.0.0:7788
+    shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
     shearwater worker --coordinator http://farm:7788
     shearwater submit scene.json --coordinator http://farm:7788
     shearwater watch 1 && shearwater download 1 -o out

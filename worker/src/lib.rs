@@ -23,6 +23,8 @@ mod upload;
 
 pub use config::Config;
 pub use error::WorkerError;
+/// The numeric build of this worker: coordinators refuse any other than theirs.
+pub use shearwater_tracer::BUILD;
 pub use speed::Summary;
 
 use client::Client;

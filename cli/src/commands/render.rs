@@ -8,7 +8,6 @@ use crate::scene_files::{self, Bundle};
 use crate::{follow, memory, output, signals};
 use clap::Args;
 use serde_json::json;
-use shearwater_coordinator::Config;
 use shearwater_shared::api::JobView;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -50,7 +49,7 @@ pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
         .tempdir()
         .map_err(CliError::io(&std::env::temp_dir()))?;
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-    let farm = coordinator::start(Config::new(store.path(), loopback)).await?;
+    let farm = coordinator::start(coordinator::config(store.path(), loopback)).await?;
     let url = format!("http://{}", farm.addr());
     let rendered = tokio::select! {
         rendered = with_worker(args, &bundle, &url, json) => rendered,
