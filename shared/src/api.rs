@@ -90,6 +90,9 @@ pub struct JobView {
     pub bad_samples: u64,
     /// Paths that ended at the safety cap on depth.
     pub depth_cap_hits: u64,
+    /// Results that came again with other bits: an alarm.
+    #[serde(default)]
+    pub unequal_results: u64,
     /// blake3 of the integer film of each finished frame, in frame order; only
     /// when the job is done.
     pub film_hashes: Vec<ContentHash>,
