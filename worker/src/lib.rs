@@ -133,7 +133,7 @@ fn start_threads(
 ) -> Result<(), WorkerError> {
     let origin = Origin {
         worker: uplink.worker.instance.clone(),
-        build: shearwater_tracer::BUILD.to_owned(),
+        build: BUILD.to_owned(),
     };
     for number in 0..config.threads {
         let (queue, meter) = (queue.clone(), uplink.meter.clone());
