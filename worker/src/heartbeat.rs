@@ -17,15 +17,16 @@ pub(crate) async fn beat(client: Client, worker: WorkerId, held: &Held, phase: P
     let mut last = Instant::now();
     loop {
         // Twice as often as asked: one may get lost.
-        let every = held.heartbeat().map(|asked| (asked / 2).max(SHORTEST));
-        let pause = every.map_or(LOOK, |every| every.min(LOOK));
+        let every = || held.heartbeat().map(|asked| (asked / 2).max(SHORTEST));
+        let pause = every().map_or(LOOK, |every| every.min(LOOK));
         if !sleep_unless(&phase, Phase::Stopped, pause).await {
             return;
         }
-        let leases = held.ids();
-        if leases.is_empty() || every.is_some_and(|every| last.elapsed() + pause / 2 < every) {
+        // Looked up again: leases come and go during the pause.
+        if every().is_none_or(|every| last.elapsed() + pause / 2 < every) {
             continue;
         }
+        let leases = held.ids();
         last = Instant::now();
         let request = HeartbeatRequest {
             worker: worker.clone(),
