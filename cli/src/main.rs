@@ -1,2 +1,40 @@
-//! A render farm in one binary.
-fn main() {}
+//! `shearwater`: a render farm in one binary.
+//!
+//! Nothing is decided here: every subcommand joins coordinator, worker and the
+//! public API, and shows what they say. [`exit`] lists the exit codes.
+
+mod api;
+mod args;
+mod commands;
+mod exit;
+mod follow;
+mod logging;
+mod memory;
+mod output;
+mod scene_files;
+mod signals;
+
+use clap::Parser;
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let cli = args::Cli::parse();
+    logging::start(cli.global.verbose, cli.command.is_service());
+    let runtime = match tokio::runtime::Runtime::new() {
+        Ok(runtime) => runtime,
+        Err(error) => {
+            eprintln!("error: cannot start: {error}");
+            return exit::Exit::Failure.into();
+        }
+    };
+    let result = runtime.block_on(commands::run(&cli));
+    // A scene that is still being built is nobody's concern any more.
+    runtime.shutdown_background();
+    match result {
+        Ok(()) => exit::Exit::Ok.into(),
+        Err(error) => {
+            output::error(&error, cli.global.json);
+            error.exit().into()
+        }
+    }
+}

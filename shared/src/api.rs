@@ -55,6 +55,9 @@ pub struct JobView {
     pub done: bool,
     /// Why it failed.
     pub failure: Option<String>,
+    /// Whose fault the failure was; absent when it did not fail or nobody knows.
+    #[serde(default)]
+    pub failure_kind: Option<FailureKind>,
     /// Priority.
     pub priority: i32,
     /// What is rendered.
@@ -87,6 +90,9 @@ pub struct JobView {
     pub bad_samples: u64,
     /// Paths that ended at the safety cap on depth.
     pub depth_cap_hits: u64,
+    /// Results that came again with other bits: an alarm.
+    #[serde(default)]
+    pub unequal_results: u64,
     /// blake3 of the integer film of each finished frame, in frame order; only
     /// when the job is done.
     pub film_hashes: Vec<ContentHash>,

@@ -43,6 +43,12 @@ pub const JSON_BODY_BYTES_MAX: usize = 1 << 20;
 pub const SUBMIT_BODY_BYTES_MAX: usize = 16 << 20;
 /// Most runs in one lease: bounds the answer and the claim transaction.
 pub const LEASE_RUNS_MAX: usize = 64;
+/// Most sample indices (of each half) in one run: 2^12 samples of at most 2^50
+/// (see [`crate::film::SAMPLE_MAX`]) keep a run's sums below 2^62.
+pub const RUN_SAMPLES_PER_HALF_MAX: u32 = 1 << 12;
+/// Most units of one frame, since their rows are made in one transaction
+/// (about a second): 4K at 65,536 samples per pixel is just below.
+pub const FRAME_UNITS_MAX: u64 = 1 << 20;
 /// Longest wait of a lease request, in milliseconds: below common proxy limits.
 pub const LEASE_WAIT_MS_MAX: u64 = 20_000;
 /// Longest name of a job or worker, in bytes.

@@ -85,6 +85,18 @@ impl Plan {
         }
     }
 
+    /// Picture width in pixels.
+    #[must_use]
+    pub const fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Picture height in pixels.
+    #[must_use]
+    pub const fn height(&self) -> u32 {
+        self.height
+    }
+
     /// Tiles per row.
     #[must_use]
     pub const fn tiles_x(&self) -> u32 {

@@ -19,27 +19,50 @@ pub struct ErrorEstimate {
     pub worst_tile: u32,
 }
 
-/// Estimate the error over all tiles that have samples, in tile order; `None`
-/// when there is none. Sums run in f64 in a fixed order.
-pub fn estimate_error<'a>(
-    tiles: impl Iterator<Item = (u32, &'a TileFilm)>,
-) -> Option<ErrorEstimate> {
+/// What one tile adds to the error of its picture. Small enough to keep beside
+/// the tile, so that the error of a picture needs no film in memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct TileError {
+    /// Sum of (A - B)^2 / 4 over pixels and channels.
+    pub error: f64,
+    /// Sum of A * B over pixels and channels.
+    pub light: f64,
+    /// Pixels times channels; 0 without samples.
+    pub values: u64,
+}
+
+/// The error sums of one tile; pixels in order, in f64.
+#[must_use]
+pub fn tile_error(film: &TileFilm) -> TileError {
+    if film.samples_per_half == 0 {
+        return TileError::default();
+    }
+    let (mut error, mut light) = (0.0, 0.0);
+    for pixel in 0..film.pixels() {
+        let (a, b) = (film.half_mean(0, pixel), film.half_mean(1, pixel));
+        for c in 0..3 {
+            error += (a[c] - b[c]) * (a[c] - b[c]) * 0.25;
+            light += a[c] * b[c];
+        }
+    }
+    TileError {
+        error,
+        light,
+        values: 3 * film.pixels() as u64,
+    }
+}
+
+/// Join the error sums of tiles (number and sums, in tile order); `None` when
+/// none has samples.
+pub fn join_errors(tiles: impl Iterator<Item = (u32, TileError)>) -> Option<ErrorEstimate> {
     let (mut error_sum, mut light_sum, mut values) = (0.0, 0.0, 0u64);
     let (mut worst_tile_nmse, mut worst_tile) = (0.0, 0);
-    for (index, film) in tiles.filter(|(_, film)| film.samples_per_half > 0) {
-        let (mut error, mut light) = (0.0, 0.0);
-        for pixel in 0..film.pixels() {
-            let (a, b) = (film.half_mean(0, pixel), film.half_mean(1, pixel));
-            for c in 0..3 {
-                error += (a[c] - b[c]) * (a[c] - b[c]) * 0.25;
-                light += a[c] * b[c];
-            }
-        }
-        values += 3 * film.pixels() as u64;
-        error_sum += error;
-        light_sum += light;
-        if light > 0.0 && error / light > worst_tile_nmse {
-            (worst_tile_nmse, worst_tile) = (error / light, index);
+    for (index, tile) in tiles.filter(|(_, tile)| tile.values > 0) {
+        values += tile.values;
+        error_sum += tile.error;
+        light_sum += tile.light;
+        if tile.light > 0.0 && tile.error / tile.light > worst_tile_nmse {
+            (worst_tile_nmse, worst_tile) = (tile.error / tile.light, index);
         }
     }
     if values == 0 {
@@ -56,6 +79,14 @@ pub fn estimate_error<'a>(
         worst_tile_nmse,
         worst_tile,
     })
+}
+
+/// Estimate the error over all tiles that have samples, in tile order; `None`
+/// when there is none. Sums run in f64 in a fixed order.
+pub fn estimate_error<'a>(
+    tiles: impl Iterator<Item = (u32, &'a TileFilm)>,
+) -> Option<ErrorEstimate> {
+    join_errors(tiles.map(|(index, film)| (index, tile_error(film))))
 }
 
 #[cfg(test)]

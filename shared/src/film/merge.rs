@@ -153,39 +153,81 @@ pub fn film_hash<'a>(
     plan: &Plan,
     tile: impl Fn(u32) -> &'a TileFilm,
 ) -> Result<ContentHash, FilmError> {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(b"shearwater film 1");
-    let rects: Vec<_> = (0..plan.tiles())
-        .filter_map(|t| plan.tile_rect(t))
-        .collect();
-    for (index, rect) in rects.iter().enumerate() {
-        let film = tile(index as u32);
-        if film.pixels() != rect.pixels() {
-            return Err(FilmError::Pixels {
-                tile: rect.pixels(),
-                part: film.pixels(),
-            });
+    let mut hasher = FilmHasher::new(*plan);
+    for first in (0..plan.tiles()).step_by(plan.tiles_x().max(1) as usize) {
+        let band: Vec<&TileFilm> = (first..first + plan.tiles_x()).map(&tile).collect();
+        hasher.add_band(&band)?;
+    }
+    hasher.finish()
+}
+
+/// [`film_hash`] of films that come one row of tiles after the other, so that
+/// only one row need be in memory.
+#[derive(Debug)]
+pub struct FilmHasher {
+    plan: Plan,
+    next_tile: u32,
+    hasher: blake3::Hasher,
+}
+
+impl FilmHasher {
+    /// Begin a frame of `plan`.
+    #[must_use]
+    pub fn new(plan: Plan) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"shearwater film 1");
+        hasher.update(&plan.width().to_le_bytes());
+        hasher.update(&plan.height().to_le_bytes());
+        Self {
+            plan,
+            next_tile: 0,
+            hasher,
         }
     }
-    let tiles_x = plan.tiles_x() as usize;
-    let mut row = Vec::new();
-    for tile_row in rects.chunks(tiles_x).enumerate() {
-        let (ty, band) = tile_row;
-        let height = band.first().map_or(0, |r| r.height);
-        for y in 0..height as usize {
-            row.clear();
-            for (tx, rect) in band.iter().enumerate() {
-                push_row(
-                    &mut row,
-                    tile((ty * tiles_x + tx) as u32),
-                    y,
-                    rect.width as usize,
-                );
+
+    /// Add the next row of tiles, left to right: [`Plan::tiles_x`] films.
+    ///
+    /// # Errors
+    /// A row of another length, one row too many, or a tile that has another
+    /// number of pixels than its plan says.
+    pub fn add_band(&mut self, band: &[&TileFilm]) -> Result<(), FilmError> {
+        if band.len() != self.plan.tiles_x() as usize || self.next_tile >= self.plan.tiles() {
+            return Err(FilmError::Shape("a row of tiles is not that of the plan"));
+        }
+        let mut rects = Vec::with_capacity(band.len());
+        for (film, tile) in band.iter().zip(self.next_tile..) {
+            let rect = self.plan.tile_rect(tile);
+            let pixels = rect.map_or(0, |rect| rect.pixels());
+            if film.pixels() != pixels {
+                return Err(FilmError::Pixels {
+                    tile: pixels,
+                    part: film.pixels(),
+                });
             }
-            hasher.update(&row);
+            rects.extend(rect);
         }
+        let mut row = Vec::new();
+        for y in 0..rects.first().map_or(0, |r| r.height) as usize {
+            row.clear();
+            for (film, rect) in band.iter().zip(&rects) {
+                push_row(&mut row, film, y, rect.width as usize);
+            }
+            self.hasher.update(&row);
+        }
+        self.next_tile += self.plan.tiles_x();
+        Ok(())
     }
-    Ok(ContentHash::from_bytes(*hasher.finalize().as_bytes()))
+
+    /// The hash of the frame.
+    ///
+    /// # Errors
+    /// Rows of tiles are missing.
+    pub fn finish(&self) -> Result<ContentHash, FilmError> {
+        if self.next_tile < self.plan.tiles() {
+            return Err(FilmError::Shape("rows of tiles are missing"));
+        }
+        Ok(ContentHash::from_bytes(*self.hasher.finalize().as_bytes()))
+    }
 }
 
 fn push_row(bytes: &mut Vec<u8>, film: &TileFilm, y: usize, width: usize) {

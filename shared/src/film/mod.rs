@@ -11,9 +11,9 @@ mod fixed;
 mod merge;
 
 pub use bad::{BadCause, BadSample, BadSamples};
-pub use error::{ErrorEstimate, estimate_error};
+pub use error::{ErrorEstimate, TileError, estimate_error, join_errors, tile_error};
 pub use fixed::{FIXED_ONE, FIXED_SHIFT, SAMPLE_MAX, fixed_from_f32, rgb_to_fixed};
-pub use merge::{FilmError, TileFilm, film_hash};
+pub use merge::{FilmError, FilmHasher, TileFilm, film_hash};
 
 use crate::limits::FEATURE_SAMPLES;
 use crate::plan::TileRect;

@@ -1,0 +1,211 @@
+//! The public API as a client sees it.
+
+use crate::exit::CliError;
+use crate::scene_files::Bundle;
+use reqwest::{RequestBuilder, Response, Url};
+use serde::de::DeserializeOwned;
+use shearwater_shared::api::{
+    JobPage, JobView, MissingRequest, MissingResponse, Problem, SettingsOverride, SubmitRequest,
+};
+use shearwater_shared::job::JobId;
+use shearwater_shared::routes;
+use std::time::Duration;
+
+/// A coordinator that can be reached connects within this time.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// Small calls.
+const CALL_TIMEOUT: Duration = Duration::from_secs(30);
+/// Between two pieces of a picture or asset; developing a large one takes time.
+const READ_TIMEOUT: Duration = Duration::from_secs(120);
+
+/// A connection to one coordinator.
+#[derive(Clone, Debug)]
+pub(crate) struct Api {
+    http: reqwest::Client,
+    base: Url,
+}
+
+/// Which picture of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Picture {
+    /// Developed.
+    Png,
+    /// Linear, with features.
+    Exr,
+}
+
+impl Picture {
+    /// Both.
+    pub(crate) const ALL: [Self; 2] = [Self::Png, Self::Exr];
+
+    /// File name extension.
+    pub(crate) const fn extension(self) -> &'static str {
+        match self {
+            Self::Png => "png",
+            Self::Exr => "exr",
+        }
+    }
+
+    const fn route(self) -> &'static str {
+        match self {
+            Self::Png => routes::JOB_PNG,
+            Self::Exr => routes::JOB_EXR,
+        }
+    }
+}
+
+impl Api {
+    /// Check the address; nothing is sent yet.
+    pub(crate) fn new(url: &str) -> Result<Self, CliError> {
+        let error = |why: String| CliError::Unreachable {
+            url: url.to_owned(),
+            why,
+        };
+        let base = Url::parse(url).map_err(|e| error(e.to_string()))?;
+        if base.scheme() != "http" || base.host_str().is_none() {
+            return Err(error("expected http://host:port".into()));
+        }
+        let mut builder = reqwest::Client::builder()
+            .connect_timeout(CONNECT_TIMEOUT)
+            .read_timeout(READ_TIMEOUT)
+            .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")));
+        if matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost")) {
+            builder = builder.no_proxy();
+        }
+        let http = builder.build().map_err(|e| error(e.to_string()))?;
+        Ok(Self { http, base })
+    }
+
+    fn url(&self, path: &str) -> Result<Url, CliError> {
+        self.base.join(path).map_err(|e| self.strange(&e))
+    }
+
+    fn strange(&self, why: &dyn std::fmt::Display) -> CliError {
+        CliError::Strange {
+            url: self.base.to_string(),
+            why: why.to_string(),
+        }
+    }
+
+    fn unreachable(&self, error: &reqwest::Error) -> CliError {
+        CliError::Unreachable {
+            url: self.base.to_string(),
+            why: causes(error),
+        }
+    }
+
+    async fn send(&self, request: RequestBuilder) -> Result<Response, CliError> {
+        let response = request.send().await.map_err(|e| self.unreachable(&e))?;
+        let status = response.status();
+        if status.is_success() {
+            return Ok(response);
+        }
+        let body = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        match serde_json::from_slice::<Problem>(&body) {
+            // Overloaded or restarting: as good as away.
+            Ok(problem) if status.is_server_error() => Err(CliError::Unreachable {
+                url: self.base.to_string(),
+                why: problem.detail,
+            }),
+            Ok(problem) if problem.kind.starts_with("urn:shearwater:problem:scene") => {
+                Err(CliError::Scene(problem.detail))
+            }
+            Ok(problem) => Err(CliError::Refused(problem)),
+            Err(_) => Err(self.strange(&format!("status {status}"))),
+        }
+    }
+
+    async fn json<T: DeserializeOwned>(&self, request: RequestBuilder) -> Result<T, CliError> {
+        let response = self.send(request.timeout(CALL_TIMEOUT)).await?;
+        let bytes = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        serde_json::from_slice(&bytes).map_err(|e| self.strange(&e))
+    }
+
+    /// One job.
+    pub(crate) async fn job(&self, id: JobId) -> Result<JobView, CliError> {
+        let path = routes::fill(routes::JOB, &id.to_string());
+        self.json(self.http.get(self.url(&path)?)).await
+    }
+
+    /// One page of jobs, newest first.
+    pub(crate) async fn jobs(
+        &self,
+        page_size: usize,
+        page_token: Option<&str>,
+    ) -> Result<JobPage, CliError> {
+        let mut url = self.url(routes::JOBS)?;
+        url.query_pairs_mut()
+            .append_pair("page_size", &page_size.to_string());
+        if let Some(token) = page_token {
+            url.query_pairs_mut().append_pair("page_token", token);
+        }
+        self.json(self.http.get(url)).await
+    }
+
+    /// Stop a job.
+    pub(crate) async fn cancel(&self, id: JobId) -> Result<(), CliError> {
+        let path = routes::fill(routes::JOB_CANCEL, &id.to_string());
+        let request = self.http.post(self.url(&path)?).timeout(CALL_TIMEOUT);
+        self.send(request).await.map(drop)
+    }
+
+    /// Upload what the coordinator lacks of a scene, then submit the job.
+    pub(crate) async fn submit(
+        &self,
+        bundle: &Bundle,
+        name: Option<String>,
+        settings: SettingsOverride,
+        priority: i32,
+    ) -> Result<JobView, CliError> {
+        let request = MissingRequest {
+            hashes: bundle.sources.keys().copied().collect(),
+        };
+        let url = self.url(routes::ASSETS_MISSING)?;
+        let answer: MissingResponse = self.json(self.http.post(url).json(&request)).await?;
+        for hash in answer.missing {
+            let Some(source) = bundle.sources.get(&hash) else {
+                continue;
+            };
+            let path = routes::fill(routes::ASSET, &hash.to_string());
+            let body = source.read()?;
+            tracing::info!(%hash, bytes = body.len(), "upload");
+            self.send(self.http.put(self.url(&path)?).body(body))
+                .await?;
+        }
+        let request = SubmitRequest {
+            name,
+            manifest: bundle.manifest.clone(),
+            settings,
+            priority,
+        };
+        self.json(self.http.post(self.url(routes::JOBS)?).json(&request))
+            .await
+    }
+
+    /// A picture of a job, as far as it has come.
+    pub(crate) async fn picture(
+        &self,
+        id: JobId,
+        picture: Picture,
+        frame: u32,
+    ) -> Result<Vec<u8>, CliError> {
+        let path = routes::fill(picture.route(), &id.to_string());
+        let mut url = self.url(&path)?;
+        url.query_pairs_mut()
+            .append_pair("frame", &frame.to_string());
+        let response = self.send(self.http.get(url)).await?;
+        let bytes = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        Ok(bytes.into())
+    }
+}
+
+/// An error with its causes.
+fn causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text = format!("{text}: {cause}");
+        source = cause.source();
+    }
+    text
+}

@@ -1,0 +1,60 @@
+//! `shearwater coordinator`.
+
+use crate::args::DEFAULT_LISTEN;
+use crate::exit::CliError;
+use crate::{output, signals};
+use clap::Args;
+use serde_json::json;
+use shearwater_coordinator::{Config, Coordinator};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+
+/// Run the coordinator: jobs, leases, results, pictures
+///
+/// Everything it knows is in the data folder; kill it at any moment and start
+/// it again, and no finished sample is lost. Port 0 takes a free one; the first
+/// line of its output says which.
+///
+/// It listens to this machine only unless --allow-public is given: there are no
+/// access tokens yet, so whoever reaches it can use it.
+///
+/// Example: shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
+#[derive(Args, Debug)]
+pub(crate) struct Serve {
+    /// Folder of the database and the objects; made if need be
+    #[arg(long, value_name = "DIR", default_value = "shearwater-data")]
+    data: PathBuf,
+    /// Address to listen on
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = DEFAULT_LISTEN)]
+    listen: SocketAddr,
+    /// Listen even where other machines reach it; the network must keep strangers out
+    #[arg(long)]
+    allow_public: bool,
+}
+
+pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
+    let mut config = config(&args.data, args.listen);
+    config.allow_public = args.allow_public;
+    let coordinator = start(config).await?;
+    let url = format!("http://{}", coordinator.addr());
+    if json {
+        output::object(&json!({ "url": url, "data": args.data }));
+    } else {
+        println!("listening on {url}");
+    }
+    signals::asked_to_end_once().await;
+    coordinator.shutdown().await;
+    Ok(())
+}
+
+/// The settings of a coordinator that takes workers of this very build.
+pub(crate) fn config(data: &Path, listen: SocketAddr) -> Config {
+    Config::new(data.to_owned(), listen, shearwater_worker::BUILD.to_owned())
+}
+
+/// Start a coordinator.
+pub(crate) async fn start(config: Config) -> Result<Coordinator, CliError> {
+    Coordinator::start(config)
+        .await
+        .map_err(|e| CliError::Coordinator(e.to_string()))
+}

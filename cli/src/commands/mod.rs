@@ -1,0 +1,34 @@
+//! One file for each subcommand.
+
+pub(crate) mod cancel;
+pub(crate) mod coordinator;
+pub(crate) mod download;
+pub(crate) mod jobs;
+pub(crate) mod render;
+pub(crate) mod status;
+pub(crate) mod submit;
+pub(crate) mod watch;
+pub(crate) mod worker;
+
+use crate::args::{Cli, Command};
+use crate::exit::CliError;
+
+/// Do what the command line says.
+pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
+    let json = cli.global.json;
+    match &cli.command {
+        Command::Render(args) => render::run(args, json).await,
+        Command::Coordinator(args) => coordinator::run(args, json).await,
+        Command::Worker(args) => worker::run(args, json).await,
+        Command::Submit(args) => submit::run(args, json).await,
+        Command::Status(args) => status::run(args, json).await,
+        Command::Watch(args) => watch::run(args, json).await,
+        Command::Download(args) => download::run(args, json).await,
+        Command::Cancel(args) => cancel::run(args, json).await,
+        Command::Jobs(args) => jobs::run(args, json).await,
+        Command::Schema => {
+            print!("{}", shearwater_shared::scene::schema_json());
+            Ok(())
+        }
+    }
+}

@@ -1,0 +1,162 @@
+//! `shearwater render`: a farm of one machine.
+
+use crate::api::Api;
+use crate::args::{Local, Settings};
+use crate::commands::{coordinator, download};
+use crate::exit::CliError;
+use crate::scene_files::{self, Bundle};
+use crate::{follow, memory, output, signals};
+use clap::Args;
+use serde_json::json;
+use shearwater_shared::api::JobView;
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use tokio::sync::oneshot;
+
+/// Render a scene on this machine
+///
+/// Starts the real coordinator on a free local port with a temporary store and
+/// the real worker beside it, and writes NAME.png and NAME.exr. The film hash
+/// that it prints is the same on every machine, with any number of threads.
+///
+/// Example: shearwater render scenes/golden-gate/scene.json --size 512x256 --spp 64 -o out
+#[derive(Args, Debug)]
+pub(crate) struct Render {
+    /// scene.json, or the folder that holds it
+    scene: PathBuf,
+    /// Folder to write to; made if need be
+    #[arg(short, long, value_name = "DIR", default_value = "out")]
+    output: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    local: Local,
+}
+
+/// What a render gave.
+struct Rendered {
+    job: JobView,
+    files: Vec<PathBuf>,
+}
+
+pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
+    let started = std::time::Instant::now();
+    let bundle = scene_files::collect(&args.scene)?;
+    // Said now rather than after an hour of rendering.
+    std::fs::create_dir_all(&args.output).map_err(CliError::io(&args.output))?;
+    let store = tempfile::Builder::new()
+        .prefix("shearwater-")
+        .tempdir()
+        .map_err(CliError::io(&std::env::temp_dir()))?;
+    let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+    let farm = coordinator::start(coordinator::config(store.path(), loopback)).await?;
+    let url = format!("http://{}", farm.addr());
+    let rendered = tokio::select! {
+        rendered = with_worker(args, &bundle, &url, json) => rendered,
+        () = signals::asked_to_end() => Err(CliError::Interrupted),
+    };
+    farm.shutdown().await;
+    let rendered = rendered?;
+    report(&rendered, started.elapsed().as_secs_f64(), json);
+    Ok(())
+}
+
+async fn with_worker(
+    args: &Render,
+    bundle: &Bundle,
+    url: &str,
+    json: bool,
+) -> Result<Rendered, CliError> {
+    let (stop, stopped) = oneshot::channel::<()>();
+    let config = args.local.config(url.to_owned(), "local".to_owned());
+    let worker = shearwater_worker::run(config, async {
+        let _ = stopped.await;
+    });
+    tokio::pin!(worker);
+    let rendered = tokio::select! {
+        rendered = submit_and_wait(args, bundle, url, json) => rendered,
+        ended = &mut worker => {
+            ended?;
+            return Err(CliError::Coordinator("the worker ended by itself".into()));
+        }
+    };
+    let _ = stop.send(());
+    // The picture is there: how the worker leaves changes nothing.
+    let _ = worker.await;
+    rendered
+}
+
+async fn submit_and_wait(
+    args: &Render,
+    bundle: &Bundle,
+    url: &str,
+    json: bool,
+) -> Result<Rendered, CliError> {
+    let api = Api::new(url)?;
+    let settings = args.settings.to_override();
+    let job = api.submit(bundle, None, settings, 0).await?;
+    let job = follow::to_end(&api, job.id, &follow::bar(json)).await?;
+    CliError::of_job(&job)?;
+    let files = write(&api, &job, &args.output).await?;
+    Ok(Rendered { job, files })
+}
+
+async fn write(api: &Api, job: &JobView, folder: &Path) -> Result<Vec<PathBuf>, CliError> {
+    let mut files = Vec::new();
+    for frame in 0..job.settings.frames {
+        files.extend(download::write_pictures(api, job, frame, folder).await?);
+    }
+    Ok(files)
+}
+
+fn report(rendered: &Rendered, total_s: f64, json: bool) {
+    let job = &rendered.job;
+    let film_hash = job.film_hashes.first().map(ToString::to_string);
+    let nmse = job.error.map(|error| error.nmse);
+    let peak = memory::peak_bytes();
+    if json {
+        output::object(&json!({
+            "film_hash": film_hash,
+            "film_hashes": job.film_hashes,
+            "scene_hash": job.scene_hash,
+            "name": job.name,
+            "width": job.settings.width,
+            "height": job.settings.height,
+            "spp": job.settings.samples,
+            "seed": job.settings.seed,
+            "samples": job.samples_done,
+            "samples_per_s": job.samples_per_s,
+            "seconds": job.elapsed_s,
+            "total_seconds": total_s,
+            "core_seconds": job.core_s,
+            "nmse": nmse,
+            "error": job.error,
+            "bad_samples": job.bad_samples,
+            "depth_cap_hits": job.depth_cap_hits,
+            "peak_memory_bytes": peak,
+            "files": rendered.files,
+        }));
+        return;
+    }
+    let mut rows = vec![
+        ("film hash", film_hash.unwrap_or_default()),
+        ("samples/s", output::scaled(job.samples_per_s)),
+        (
+            "seconds",
+            format!("{:.2} ({total_s:.2} in all)", job.elapsed_s),
+        ),
+    ];
+    if let Some(nmse) = nmse {
+        rows.push(("NMSE", format!("{nmse:.3e}")));
+    }
+    if let Some(peak) = peak {
+        rows.push(("peak memory", format!("{} MiB", peak >> 20)));
+    }
+    if job.bad_samples > 0 {
+        rows.push(("bad samples", job.bad_samples.to_string()));
+    }
+    for file in &rendered.files {
+        rows.push(("wrote", file.display().to_string()));
+    }
+    println!("{}", output::table(&rows));
+}

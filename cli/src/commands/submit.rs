@@ -1,0 +1,49 @@
+//! `shearwater submit`.
+
+use crate::api::Api;
+use crate::args::{Settings, Target};
+use crate::exit::CliError;
+use crate::{output, scene_files};
+use clap::Args;
+use std::path::PathBuf;
+
+/// Submit a scene to a coordinator
+///
+/// Uploads the files that the coordinator lacks and prints the job's number.
+///
+/// Example: shearwater submit scene.json --spp 1024 --coordinator http://farm:7788
+#[derive(Args, Debug)]
+pub(crate) struct Submit {
+    /// scene.json, or the folder that holds it
+    scene: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    /// Name of the job [default: the scene's]
+    #[arg(long)]
+    name: Option<String>,
+    /// Jobs of higher priority are served first
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        allow_negative_numbers = true
+    )]
+    priority: i32,
+    #[command(flatten)]
+    target: Target,
+}
+
+pub(crate) async fn run(args: &Submit, json: bool) -> Result<(), CliError> {
+    let bundle = scene_files::collect(&args.scene)?;
+    let api = Api::new(&args.target.url)?;
+    let settings = args.settings.to_override();
+    let job = api
+        .submit(&bundle, args.name.clone(), settings, args.priority)
+        .await?;
+    if json {
+        output::object(&output::job_value(&job));
+    } else {
+        println!("job {} ({})", job.id, job.name);
+    }
+    Ok(())
+}

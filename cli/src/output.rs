@@ -1,0 +1,132 @@
+//! What is printed: text for people, one JSON object for programs.
+
+use crate::exit::CliError;
+use serde_json::{Value, json};
+use shearwater_shared::api::JobView;
+use shearwater_shared::job::JobState;
+
+/// Print one JSON object on one line.
+pub(crate) fn object(value: &Value) {
+    println!("{value}");
+}
+
+/// Print why the command failed. Text always goes to standard error.
+pub(crate) fn error(error: &CliError, json: bool) {
+    eprintln!("error: {error}");
+    if json {
+        object(&json!({
+            "error": {
+                "kind": error.kind(),
+                "message": error.to_string(),
+                "exit_code": error.exit() as u8,
+            }
+        }));
+    }
+}
+
+/// A job as its API's JSON.
+pub(crate) fn job_value(job: &JobView) -> Value {
+    serde_json::to_value(job).unwrap_or_else(|e| json!({ "error": e.to_string() }))
+}
+
+/// A state as the API spells it.
+pub(crate) const fn state_text(state: JobState) -> &'static str {
+    match state {
+        JobState::Queued => "queued",
+        JobState::Running => "running",
+        JobState::Done => "done",
+        JobState::Cancelled => "cancelled",
+        JobState::Failed => "failed",
+    }
+}
+
+/// A job as a table of two columns.
+pub(crate) fn job_text(job: &JobView) -> String {
+    let mut rows = vec![
+        ("job", format!("{} ({})", job.id, job.name)),
+        ("state", state_text(job.state).to_owned()),
+        (
+            "size",
+            format!("{}x{}", job.settings.width, job.settings.height),
+        ),
+        ("samples", format!("{} per pixel", job.settings.samples)),
+        (
+            "progress",
+            format!(
+                "{:.1} % ({} of {} units)",
+                job.progress * 100.0,
+                job.units_done,
+                job.units_total
+            ),
+        ),
+        ("speed", format!("{} samples/s", scaled(job.samples_per_s))),
+        ("seconds", format!("{:.2}", job.elapsed_s)),
+    ];
+    if let Some(left) = job.remaining_s.filter(|_| !job.done) {
+        rows.push(("left", duration(left)));
+    }
+    if let Some(error) = &job.error {
+        rows.push(("NMSE", format!("{:.3e}", error.nmse)));
+    }
+    if job.bad_samples > 0 {
+        rows.push(("bad samples", job.bad_samples.to_string()));
+    }
+    if job.depth_cap_hits > 0 {
+        rows.push(("cut paths", job.depth_cap_hits.to_string()));
+    }
+    if let Some(failure) = &job.failure {
+        rows.push(("failure", failure.clone()));
+    }
+    for hash in &job.film_hashes {
+        rows.push(("film hash", hash.to_string()));
+    }
+    table(&rows)
+}
+
+/// Rows of a name and a value, names padded to one width.
+pub(crate) fn table(rows: &[(&str, String)]) -> String {
+    let width = rows.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    rows.iter()
+        .map(|(name, value)| format!("{name:width$}  {value}"))
+        .collect::<Vec<_>>()
+        .join("\n")
+}
+
+/// A number with a decimal prefix: `12.3 M`.
+pub(crate) fn scaled(value: f64) -> String {
+    let (factor, prefix) = match value {
+        v if v >= 1e9 => (1e9, " G"),
+        v if v >= 1e6 => (1e6, " M"),
+        v if v >= 1e3 => (1e3, " k"),
+        _ => (1.0, ""),
+    };
+    format!("{:.2}{prefix}", value / factor)
+}
+
+/// Seconds as `1:02:03` or `2:03`.
+pub(crate) fn duration(seconds: f64) -> String {
+    // `as` saturates, and a NaN becomes 0.
+    let s = seconds.ceil() as u64;
+    match s / 3600 {
+        0 => format!("{}:{:02}", s / 60, s % 60),
+        hours => format!("{hours}:{:02}:{:02}", s / 60 % 60, s % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_for_people() {
+        assert_eq!(scaled(0.0), "0.00");
+        assert_eq!(scaled(1_234_567.0), "1.23 M");
+        assert_eq!(duration(61.2), "1:02");
+        assert_eq!(duration(3_661.0), "1:01:01");
+        assert_eq!(duration(f64::NAN), "0:00");
+        assert_eq!(
+            table(&[("a", "1".into()), ("long", "2".into())]),
+            "a     1\nlong  2"
+        );
+    }
+}

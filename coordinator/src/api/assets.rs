@@ -1,0 +1,143 @@
+//! Assets by the hash of their content.
+
+use super::extract::{JsonBody, check_length};
+use super::problem::ApiError;
+use crate::app::{App, now_ms};
+use crate::objects::Objects;
+use axum::Json;
+use axum::body::{Body, Bytes};
+use axum::extract::{Path, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use futures_util::StreamExt;
+use object_store::{MultipartUpload, PutPayload};
+use shearwater_shared::api::{MissingRequest, MissingResponse};
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::limits::{ASSET_BYTES_MAX, ASSETS_MAX};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Longest silence inside an upload.
+const UPLOAD_SILENCE: Duration = Duration::from_secs(30);
+
+/// Which of some assets are not stored.
+pub(crate) async fn missing(
+    State(app): State<Arc<App>>,
+    JsonBody(request): JsonBody<MissingRequest>,
+) -> Result<Json<MissingResponse>, ApiError> {
+    // Scene and files of the largest manifest.
+    if request.hashes.len() > ASSETS_MAX + 1 {
+        let most = ASSETS_MAX + 1;
+        return Err(ApiError::Invalid(format!("hashes: at most {most}")));
+    }
+    let mut missing = Vec::new();
+    for hash in request.hashes {
+        if app.store.asset_size(&hash).await?.is_none() {
+            missing.push(hash);
+        }
+    }
+    Ok(Json(MissingResponse { missing }))
+}
+
+/// The content of an asset; `HEAD` gives its length alone.
+pub(crate) async fn download(
+    State(app): State<Arc<App>>,
+    Path(hash): Path<String>,
+) -> Result<Response, ApiError> {
+    let hash = parse_hash(&hash)?;
+    let size = app.store.asset_size(&hash).await?;
+    let size = size.ok_or_else(|| ApiError::NotFound(format!("asset {hash} is not stored")))?;
+    let object = app.objects.open(&Objects::asset_name(&hash)).await?;
+    let headers = [
+        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
+        (header::CONTENT_LENGTH, size.to_string()),
+        (header::ETAG, format!("\"{hash}\"")),
+        // A hash never changes its content.
+        (
+            header::CACHE_CONTROL,
+            "public, max-age=31536000, immutable".to_owned(),
+        ),
+    ];
+    Ok((headers, Body::from_stream(object.into_stream())).into_response())
+}
+
+/// Store an asset: hashed while it streams in, visible only if the hash is the
+/// one in the path. 201 when it is new, 200 when it was stored already.
+pub(crate) async fn upload(
+    State(app): State<Arc<App>>,
+    Path(hash): Path<String>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<StatusCode, ApiError> {
+    let hash = parse_hash(&hash)?;
+    check_length(&headers, ASSET_BYTES_MAX)?;
+    let _permit = app.uploads.acquire().await.map_err(|_| ApiError::Busy)?;
+    let known = app.store.asset_size(&hash).await?.is_some();
+    if known {
+        // Read on: an answer in the middle of a body looks like an error.
+        receive(body, None).await?;
+        return Ok(StatusCode::OK);
+    }
+    let mut upload = app.objects.upload(&Objects::asset_name(&hash)).await?;
+    let received = receive(body, Some(&mut upload)).await;
+    let outcome = match received {
+        Ok((found, size)) if found == hash => Ok(size),
+        Ok((found, _)) => Err(ApiError::Invalid(format!(
+            "the content's blake3 is {found}, the path says {hash}: damaged on the way, or \
+             changed since it was hashed"
+        ))),
+        Err(error) => Err(error),
+    };
+    match outcome {
+        Ok(size) => {
+            upload
+                .complete()
+                .await
+                .map_err(|e| ApiError::Internal(e.to_string()))?;
+            app.store.add_asset(&hash, size, now_ms()).await?;
+            Ok(StatusCode::CREATED)
+        }
+        Err(error) => {
+            if let Err(abort) = upload.abort().await {
+                tracing::warn!(error = %abort, "an aborted upload leaves a file behind");
+            }
+            Err(error)
+        }
+    }
+}
+
+/// Take a body in, into `upload` if there is one; its hash and length.
+async fn receive(
+    body: Body,
+    mut upload: Option<&mut Box<dyn MultipartUpload>>,
+) -> Result<(ContentHash, u64), ApiError> {
+    let mut chunks = body.into_data_stream();
+    let mut hasher = blake3::Hasher::new();
+    let mut size = 0u64;
+    loop {
+        let next = tokio::time::timeout(UPLOAD_SILENCE, chunks.next()).await;
+        let chunk: Bytes = match next.map_err(|_| ApiError::Timeout)? {
+            None => break,
+            Some(Ok(chunk)) => chunk,
+            Some(Err(_)) => return Err(ApiError::BadRequest("the body broke off".into())),
+        };
+        size = size.saturating_add(chunk.len() as u64);
+        if size > ASSET_BYTES_MAX {
+            return Err(ApiError::TooLarge(ASSET_BYTES_MAX));
+        }
+        hasher.update(&chunk);
+        if let Some(upload) = upload.as_deref_mut() {
+            upload
+                .put_part(PutPayload::from(chunk))
+                .await
+                .map_err(|e| ApiError::Internal(e.to_string()))?;
+        }
+    }
+    let hash = ContentHash::from_bytes(*hasher.finalize().as_bytes());
+    Ok((hash, size))
+}
+
+fn parse_hash(text: &str) -> Result<ContentHash, ApiError> {
+    text.parse()
+        .map_err(|e| ApiError::BadRequest(format!("path: {e}")))
+}

@@ -1,0 +1,177 @@
+//! Pictures of a job at any time, finished or not.
+
+use super::extract::{job_id, no_job, query};
+use super::problem::ApiError;
+use crate::app::App;
+use crate::develop::{self, Bloom, ExrAttributes, PngDepth, PostSettings, View};
+use crate::fold::{self, Planes};
+use crate::store::JobRow;
+use axum::body::Body;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Path, Query, State};
+use axum::http::{HeaderMap, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use serde::Deserialize;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::scene;
+use std::sync::Arc;
+
+/// Query of a developed picture; the scene decides what is not given.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PngQuery {
+    frame: Option<u32>,
+    view: Option<scene::View>,
+    exposure_ev: Option<f32>,
+    bloom: Option<bool>,
+    depth: Option<u32>,
+}
+
+/// Query of a linear picture.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ExrQuery {
+    frame: Option<u32>,
+}
+
+/// The developed picture.
+pub(crate) async fn png(
+    State(app): State<Arc<App>>,
+    Path(id): Path<String>,
+    params: Result<Query<PngQuery>, QueryRejection>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let params = query(params)?;
+    let depth = match params.depth {
+        None | Some(8) => PngDepth::Eight,
+        Some(16) => PngDepth::Sixteen,
+        Some(_) => return Err(ApiError::BadRequest("query: depth is 8 or 16".into())),
+    };
+    let (job, frame) = job_and_frame(&app, &id, params.frame).await?;
+    let post = post_settings(&job.post, &params);
+    post.check()?;
+    let film = film_hash(&app, &job, frame).await?;
+    let tag = etag(&job, frame, film, &format!("png {post:?} {depth:?}"));
+    if not_modified(&headers, &tag) {
+        return Ok(unchanged(tag));
+    }
+    let _permit = app.develops.acquire().await.map_err(|_| ApiError::Busy)?;
+    let picture = fold::picture(&app, &job, frame, Planes::Beauty).await?;
+    let bytes = app
+        .compute(move || develop::develop_png(&picture, &post, depth))
+        .await??;
+    Ok(image("image/png", tag, bytes))
+}
+
+/// The linear picture with its features.
+pub(crate) async fn exr(
+    State(app): State<Arc<App>>,
+    Path(id): Path<String>,
+    params: Result<Query<ExrQuery>, QueryRejection>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
+    let (job, frame) = job_and_frame(&app, &id, query(params)?.frame).await?;
+    let film = film_hash(&app, &job, frame).await?;
+    let tag = etag(&job, frame, film, "exr");
+    if not_modified(&headers, &tag) {
+        return Ok(unchanged(tag));
+    }
+    let _permit = app.develops.acquire().await.map_err(|_| ApiError::Busy)?;
+    let picture = fold::picture(&app, &job, frame, Planes::All).await?;
+    let attributes = ExrAttributes {
+        software: concat!("Shearwater ", env!("CARGO_PKG_VERSION")).to_owned(),
+        film_hash: film.map(|hash| hash.to_string()).unwrap_or_default(),
+        scene_hash: job.manifest.scene.to_string(),
+        job_id: job.id.to_string(),
+        samples_per_pixel: mean_samples(&picture.sample_count),
+        render_seconds: (job.core_us as f64 / 1e6) as f32,
+    };
+    let bytes = app
+        .compute(move || develop::encode_exr(&picture, &attributes))
+        .await??;
+    Ok(image("image/x-exr", tag, bytes))
+}
+
+async fn job_and_frame(app: &App, id: &str, frame: Option<u32>) -> Result<(JobRow, u32), ApiError> {
+    let id = job_id(id)?;
+    let job = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
+    let frame = frame.unwrap_or(0);
+    if frame >= job.settings.frames {
+        let frames = job.settings.frames;
+        return Err(ApiError::NotFound(format!(
+            "job {id} has frames 0 to {}, not {frame}",
+            frames.saturating_sub(1)
+        )));
+    }
+    Ok((job, frame))
+}
+
+async fn film_hash(app: &App, job: &JobRow, frame: u32) -> Result<Option<ContentHash>, ApiError> {
+    if job.frames_done == 0 {
+        return Ok(None);
+    }
+    let hashes = app.store.film_hashes(job.id).await?;
+    Ok(hashes
+        .into_iter()
+        .find(|&(f, _)| f == frame)
+        .map(|(_, hash)| hash))
+}
+
+fn post_settings(post: &scene::Post, params: &PngQuery) -> PostSettings {
+    let bloom = post.bloom.as_ref().filter(|_| params.bloom != Some(false));
+    PostSettings {
+        exposure_ev: params.exposure_ev.unwrap_or(post.exposure_ev),
+        bloom: bloom.map(|bloom| Bloom {
+            threshold: bloom.threshold,
+            strength: bloom.strength,
+            radius: bloom.radius,
+            passes: bloom.passes,
+        }),
+        view: match params.view.unwrap_or(post.view) {
+            scene::View::Standard => View::Standard,
+            scene::View::Agx => View::Agx,
+        },
+    }
+}
+
+fn mean_samples(counts: &[u32]) -> f32 {
+    let sum: u64 = counts.iter().map(|&count| u64::from(count)).sum();
+    (sum as f64 / counts.len().max(1) as f64) as f32
+}
+
+/// A finished film's tag is a function of the film; before, of the revision.
+fn etag(job: &JobRow, frame: u32, film: Option<ContentHash>, form: &str) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let content = match film {
+        Some(hash) => format!("{version} {form} {} {hash} {}", job.id, job.core_us),
+        None => format!("{version} {form} {} {frame} revision {}", job.id, job.rev),
+    };
+    format!(
+        "\"{}\"",
+        &ContentHash::of(content.as_bytes()).to_string()[..32]
+    )
+}
+
+fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
+    headers
+        .get_all(header::IF_NONE_MATCH)
+        .iter()
+        .filter_map(|value| value.to_str().ok())
+        .flat_map(|value| value.split(','))
+        .map(str::trim)
+        .any(|given| given == "*" || given.strip_prefix("W/").unwrap_or(given) == tag)
+}
+
+fn unchanged(tag: String) -> Response {
+    (StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response()
+}
+
+fn image(media_type: &'static str, tag: String, bytes: Vec<u8>) -> Response {
+    let headers = [
+        (header::CONTENT_TYPE, media_type.to_owned()),
+        (header::ETAG, tag),
+        // Ask each time: a picture of a running job changes.
+        (header::CACHE_CONTROL, "no-cache".to_owned()),
+    ];
+    (headers, Body::from(bytes)).into_response()
+}

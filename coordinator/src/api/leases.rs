@@ -1,0 +1,206 @@
+//! The worker protocol but for results: leases, heartbeats, failures, release.
+
+use super::extract::{JsonBody, check_worker, no_job};
+use super::problem::ApiError;
+use crate::app::{App, now_ms};
+use crate::dispatch::{Dispatch, dispatch};
+use crate::farm::{QUARANTINE_MS, should_quarantine, unit_is_poison};
+use crate::store::WorkerRow;
+use axum::Json;
+use axum::extract::State;
+use axum::http::StatusCode;
+use axum::response::{IntoResponse, Response};
+use shearwater_shared::api::{
+    FailureKind, FailureReport, HeartbeatRequest, HeartbeatResponse, LeaseRequest, ReleaseRequest,
+};
+use shearwater_shared::limits::LEASE_WAIT_MS_MAX;
+use shearwater_shared::wire::PROTOCOL_VERSION;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::time::Instant;
+
+/// How often a waiting worker's question is asked again although nothing
+/// happened here: the endgame depends on the time alone.
+const ASK_AGAIN: Duration = Duration::from_secs(1);
+/// Most leases that one worker names at once; it should hold two.
+const LEASES_NAMED_MAX: usize = 64;
+/// Longest reason of a failure that is kept, in characters.
+const REASON_CHARS_MAX: usize = 1000;
+/// Most threads and samples per second that a worker may claim to have.
+const THREADS_MAX: u32 = 4096;
+const SAMPLES_PER_S_MAX: f64 = 1e12;
+
+/// Work for a worker; waits for it up to `wait_ms`, then 204.
+pub(crate) async fn lease(
+    State(app): State<Arc<App>>,
+    JsonBody(mut request): JsonBody<LeaseRequest>,
+) -> Result<Response, ApiError> {
+    check_worker(&request.worker)?;
+    check_build(&app, &request)?;
+    request.threads = request.threads.clamp(1, THREADS_MAX);
+    if !(0.0..=SAMPLES_PER_S_MAX).contains(&request.samples_per_s) {
+        request.samples_per_s = 0.0;
+    }
+    let _waiter = app.waiters.try_acquire().map_err(|_| ApiError::Busy)?;
+    app.store
+        .worker_asked(&WorkerRow {
+            instance: request.worker.instance.clone(),
+            name: request.worker.name.clone(),
+            threads: request.threads,
+            milli_samples_per_s: (request.samples_per_s * 1000.0) as u64,
+            seen_ms: now_ms(),
+            quarantined_until_ms: 0,
+        })
+        .await?;
+    let wait = Duration::from_millis(request.wait_ms.min(LEASE_WAIT_MS_MAX));
+    let deadline = Instant::now() + wait;
+    let mut work = app.work.subscribe();
+    let mut stopping = app.stopping.subscribe();
+    loop {
+        work.borrow_and_update();
+        match dispatch(&app, &request).await? {
+            Dispatch::Lease(lease) => return Ok(Json(*lease).into_response()),
+            Dispatch::Quarantined(until_ms) => {
+                return Err(ApiError::Quarantined((until_ms - now_ms()).max(0) / 1000));
+            }
+            Dispatch::Nothing => {}
+        }
+        let again = deadline.min(Instant::now() + ASK_AGAIN);
+        tokio::select! {
+            changed = work.changed() => if changed.is_err() { break },
+            stop = stopping.wait_for(|stop| *stop) => { let _ = stop; break }
+            () = tokio::time::sleep_until(again) => {}
+        }
+        if Instant::now() >= deadline {
+            break;
+        }
+    }
+    Ok(StatusCode::NO_CONTENT.into_response())
+}
+
+fn check_build(app: &App, request: &LeaseRequest) -> Result<(), ApiError> {
+    if request.protocol != PROTOCOL_VERSION {
+        return Err(ApiError::Protocol {
+            ours: PROTOCOL_VERSION,
+            theirs: request.protocol,
+            version: env!("CARGO_PKG_VERSION"),
+        });
+    }
+    check_numeric_build(app, &request.build)
+}
+
+/// Refuse a worker whose pixels would differ.
+pub(super) fn check_numeric_build(app: &App, build: &str) -> Result<(), ApiError> {
+    if build == app.config.build {
+        return Ok(());
+    }
+    Err(ApiError::Build {
+        farm: app.config.build.clone(),
+        worker: build.chars().take(200).collect(),
+        version: env!("CARGO_PKG_VERSION"),
+    })
+}
+
+fn check_leases(ids: &[i64]) -> Result<(), ApiError> {
+    if ids.len() > LEASES_NAMED_MAX {
+        return Err(ApiError::Invalid(format!(
+            "leases: at most {LEASES_NAMED_MAX}"
+        )));
+    }
+    Ok(())
+}
+
+/// Keep leases alive; tell which of them nobody waits for.
+pub(crate) async fn heartbeat(
+    State(app): State<Arc<App>>,
+    JsonBody(request): JsonBody<HeartbeatRequest>,
+) -> Result<Json<HeartbeatResponse>, ApiError> {
+    check_worker(&request.worker)?;
+    check_leases(&request.leases)?;
+    let (instance, now_ms) = (&request.worker.instance, now_ms());
+    app.store.worker_seen(instance, now_ms).await?;
+    let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+    app.store
+        .prolong(instance, &request.leases, until_ms)
+        .await?;
+    let mut drop = Vec::new();
+    for &id in &request.leases {
+        let wanted = match app.store.lease(id).await? {
+            Some(lease) if lease.worker == *instance => app.store.lease_is_wanted(&lease).await?,
+            _ => false,
+        };
+        if !wanted {
+            app.store.release(instance, id).await?;
+            drop.push(id);
+        }
+    }
+    Ok(Json(HeartbeatResponse { drop }))
+}
+
+/// Take a report that a run cannot be rendered.
+pub(crate) async fn failure(
+    State(app): State<Arc<App>>,
+    JsonBody(report): JsonBody<FailureReport>,
+) -> Result<StatusCode, ApiError> {
+    check_worker(&report.worker)?;
+    let instance = &report.worker.instance;
+    let lease = app.store.lease(report.lease).await?;
+    let lease = lease
+        .filter(|lease| lease.worker == *instance && lease.job == report.job)
+        .ok_or_else(|| {
+            ApiError::NotFound(format!("lease {} is not this worker's", report.lease))
+        })?;
+    let runs = match report.run {
+        Some(run) if lease.runs.contains(&run) => vec![run],
+        Some(_) => return Err(ApiError::Invalid("run: it is not of this lease".into())),
+        None => lease.runs,
+    };
+    app.store
+        .job_rev(report.job)
+        .await?
+        .ok_or_else(|| no_job(report.job))?;
+    let reason: String = report.reason.chars().take(REASON_CHARS_MAX).collect();
+    tracing::warn!(job = %report.job, worker = report.worker.name, kind = ?report.kind, reason,
+        "a worker failed");
+    if report.kind == FailureKind::Scene {
+        app.store
+            .fail_job(report.job, Some(report.kind), &reason, now_ms())
+            .await?;
+        app.job_changed();
+        return Ok(StatusCode::NO_CONTENT);
+    }
+    let (failures, streak) = app
+        .store
+        .record_failure(report.job, report.lease, &runs, instance, &reason)
+        .await?;
+    if unit_is_poison(failures) {
+        let what = format!(
+            "{} workers failed {} times on the same unit; the last one said: {reason}",
+            failures.workers, failures.times
+        );
+        app.store
+            .fail_job(report.job, Some(report.kind), &what, now_ms())
+            .await?;
+    } else if should_quarantine(streak) {
+        tracing::error!(worker = report.worker.name, instance, "quarantined");
+        app.store
+            .quarantine(instance, now_ms() + QUARANTINE_MS)
+            .await?;
+    }
+    app.work_came();
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Take leases back undone.
+pub(crate) async fn release(
+    State(app): State<Arc<App>>,
+    JsonBody(request): JsonBody<ReleaseRequest>,
+) -> Result<StatusCode, ApiError> {
+    check_worker(&request.worker)?;
+    check_leases(&request.leases)?;
+    for &id in &request.leases {
+        app.store.release(&request.worker.instance, id).await?;
+    }
+    app.work_came();
+    Ok(StatusCode::NO_CONTENT)
+}

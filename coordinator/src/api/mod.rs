@@ -1,0 +1,50 @@
+//! The REST API and the worker protocol.
+//!
+//! Every answer that is no success is `application/problem+json`, also those
+//! for unknown paths and methods; [`problem`] alone maps errors to HTTP.
+
+mod assets;
+mod events;
+mod extract;
+mod health;
+mod images;
+mod jobs;
+mod leases;
+mod problem;
+mod results;
+mod submit;
+mod view;
+mod workers;
+
+use crate::app::App;
+use axum::Router;
+use axum::routing::{get, post};
+use problem::ApiError;
+use shearwater_shared::routes;
+use std::sync::Arc;
+use tower_http::catch_panic::CatchPanicLayer;
+
+/// Every route.
+pub(crate) fn router(app: Arc<App>) -> Router {
+    Router::new()
+        .route(routes::JOBS, get(jobs::list).post(submit::submit))
+        .route(routes::JOB, get(jobs::get_job).delete(jobs::delete))
+        .route(routes::JOB_CANCEL, post(jobs::cancel))
+        .route(routes::JOB_EVENTS, get(events::events))
+        .route(routes::JOB_PNG, get(images::png))
+        .route(routes::JOB_EXR, get(images::exr))
+        .route(routes::ASSETS_MISSING, post(assets::missing))
+        .route(routes::ASSET, get(assets::download).put(assets::upload))
+        .route(routes::WORKERS, get(workers::list))
+        .route(routes::WORKER_LEASES, post(leases::lease))
+        .route(routes::WORKER_RESULTS, post(results::result))
+        .route(routes::WORKER_HEARTBEAT, post(leases::heartbeat))
+        .route(routes::WORKER_FAILURES, post(leases::failure))
+        .route(routes::WORKER_RELEASE, post(leases::release))
+        .route(routes::HEALTHZ, get(health::healthz))
+        .route(routes::READYZ, get(health::readyz))
+        .fallback(|| async { ApiError::NoRoute })
+        .method_not_allowed_fallback(|| async { ApiError::Method })
+        .layer(CatchPanicLayer::custom(problem::panicked))
+        .with_state(app)
+}

@@ -1,0 +1,178 @@
+//! `POST /v1/worker/results`: sums of one run.
+//!
+//! Checked, made durable, counted, acknowledged: in this order. A result is
+//! taken whatever became of its lease.
+
+use super::extract::{no_job, read_body};
+use super::leases::check_numeric_build;
+use super::problem::ApiError;
+use crate::app::{App, now_ms};
+use crate::farm::too_many_bad;
+use crate::store::{CommitOutcome, JobRow, PartRecord};
+use axum::Json;
+use axum::body::Body;
+use axum::extract::State;
+use axum::http::HeaderMap;
+use shearwater_shared::api::ResultResponse;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::JobId;
+use shearwater_shared::limits::{NAME_BYTES_MAX, RUN_SAMPLES_PER_HALF_MAX};
+use shearwater_shared::wire::{self, MESSAGE_BYTES_MAX, PartUpload, WireError};
+use std::sync::Arc;
+
+/// Take one run's sums.
+pub(crate) async fn result(
+    State(app): State<Arc<App>>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<ResultResponse>, ApiError> {
+    let _permit = app.results.acquire().await.map_err(|_| ApiError::Busy)?;
+    let body = read_body(&headers, body, wire::CONTENT_TYPE, MESSAGE_BYTES_MAX).await?;
+    let upload = app
+        .compute(move || wire::decode_part(&body))
+        .await?
+        .map_err(refusal)?;
+    check_numeric_build(&app, &upload.build)?;
+    let job = app.store.job(upload.job).await?;
+    let job = job.ok_or_else(|| no_job(upload.job))?;
+    check(&job, &upload)?;
+    // A client that goes away must not stop this between object and row.
+    let counting = Arc::clone(&app);
+    let task = tokio::spawn(async move { count(&counting, &job, upload).await });
+    task.await.map_err(|e| ApiError::Internal(e.to_string()))?
+}
+
+fn refusal(error: WireError) -> ApiError {
+    match error {
+        WireError::TooLong(_) => ApiError::TooLarge(MESSAGE_BYTES_MAX as u64),
+        WireError::Version(theirs) => ApiError::Protocol {
+            ours: wire::PROTOCOL_VERSION,
+            theirs,
+            version: env!("CARGO_PKG_VERSION"),
+        },
+        other => ApiError::BadRequest(other.to_string()),
+    }
+}
+
+/// Whether the sums can be those of the run that they name.
+fn check(job: &JobRow, upload: &PartUpload) -> Result<(), ApiError> {
+    let plan = job.plan();
+    let run = &upload.run;
+    let no_run = || {
+        ApiError::Invalid(format!(
+            "run: job {} has no frame {}, tile {}, blocks {} to {}",
+            job.id, run.frame, run.tile, run.block0, run.block1
+        ))
+    };
+    if run.frame >= job.settings.frames || upload.worker.len() > NAME_BYTES_MAX {
+        return Err(no_run());
+    }
+    let samples = plan.sample_range(run).ok_or_else(no_run)?;
+    let rect = plan.tile_rect(run.tile).ok_or_else(no_run)?;
+    if samples.end - samples.start > RUN_SAMPLES_PER_HALF_MAX {
+        return Err(ApiError::Invalid(format!(
+            "run: more than {RUN_SAMPLES_PER_HALF_MAX} samples per half"
+        )));
+    }
+    upload
+        .sums
+        .check(&rect, &samples)
+        .map_err(|e| ApiError::Invalid(format!("sums: {e}")))
+}
+
+/// The hash that tells equal results from unequal ones, and the bytes to keep.
+fn seal(mut upload: PartUpload) -> Result<(PartUpload, ContentHash, Vec<u8>), WireError> {
+    // Which bad samples are described may depend on the order of threads.
+    let listed = std::mem::take(&mut upload.sums.bad.listed);
+    let mut bytes = wire::encode_sums(&upload.sums)?;
+    let hash = ContentHash::of(&bytes);
+    if !listed.is_empty() {
+        upload.sums.bad.listed = listed;
+        bytes = wire::encode_sums(&upload.sums)?;
+    }
+    Ok((upload, hash, bytes))
+}
+
+async fn count(
+    app: &App,
+    job: &JobRow,
+    upload: PartUpload,
+) -> Result<Json<ResultResponse>, ApiError> {
+    let (upload, sums_hash, bytes) = app
+        .compute(move || seal(upload))
+        .await?
+        .map_err(|e| ApiError::Internal(e.to_string()))?;
+    let part = PartRecord {
+        job: upload.job,
+        run: upload.run,
+        lease: upload.lease,
+        sums_hash,
+        object: app.objects.part_name(upload.job, &upload.run),
+        samples: job.plan().run_samples(&upload.run),
+        core_us: upload.core_us,
+        bad_samples: upload.sums.bad.total(),
+        depth_cap_hits: upload.sums.depth_cap_hits,
+        worker: upload.worker,
+    };
+    for bad in &upload.sums.bad.listed {
+        tracing::warn!(job = %part.job, frame = part.run.frame, ?bad, "bad sample");
+    }
+    let outcome = match app.store.counted_before(&part).await? {
+        Some(outcome) => outcome,
+        None => {
+            app.objects.put(&part.object, bytes).await?;
+            let outcome = app.store.commit(&part, now_ms()).await?;
+            if outcome != CommitOutcome::Counted {
+                app.objects.delete(&part.object).await?;
+            }
+            outcome
+        }
+    };
+    answer(app, &part, outcome).await
+}
+
+async fn answer(
+    app: &App,
+    part: &PartRecord,
+    outcome: CommitOutcome,
+) -> Result<Json<ResultResponse>, ApiError> {
+    match outcome {
+        CommitOutcome::Counted => {
+            if part.bad_samples > 0 {
+                fail_if_too_bad(app, part.job).await?;
+            }
+            app.job_changed();
+            Ok(Json(ResultResponse { duplicate: false }))
+        }
+        CommitOutcome::Duplicate => Ok(Json(ResultResponse { duplicate: true })),
+        CommitOutcome::Overlap => {
+            app.work_came();
+            Ok(Json(ResultResponse { duplicate: true }))
+        }
+        CommitOutcome::Unequal { first_worker } => {
+            tracing::error!(job = %part.job, run = ?part.run, worker = part.worker, first_worker,
+                "ALARM: two workers delivered different sums for one run; the first were kept");
+            app.job_changed();
+            Err(ApiError::Unequal)
+        }
+        CommitOutcome::Ended => Err(ApiError::Ended(part.job.0)),
+        CommitOutcome::Unknown => Err(ApiError::Invalid(
+            "run: nobody was given this run yet; send only what was leased".into(),
+        )),
+    }
+}
+
+async fn fail_if_too_bad(app: &App, id: JobId) -> Result<(), ApiError> {
+    let Some(job) = app.store.job(id).await? else {
+        return Ok(());
+    };
+    if too_many_bad(job.bad_samples, job.samples_total) {
+        let reason = format!(
+            "{} of {} samples are no light (NaN, infinite, negative or too large): the scene or \
+             the tracer is at fault; the coordinator's log names the first ones",
+            job.bad_samples, job.samples_total
+        );
+        app.store.fail_job(id, None, &reason, now_ms()).await?;
+    }
+    Ok(())
+}

@@ -1,0 +1,139 @@
+//! What requests and background tasks share.
+
+use crate::config::{Config, StartError};
+use crate::objects::Objects;
+use crate::store::Store;
+use std::fmt::Write;
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+use tokio::sync::{Semaphore, watch};
+
+/// Results in memory at once: a body of 2 MiB and what is decoded from it are
+/// about 6 MiB, so 400 MiB at worst.
+const RESULTS_MAX: usize = 64;
+/// Assets that stream in at once.
+const UPLOADS_MAX: usize = 16;
+/// Pictures developed at once: the largest need 8 GiB.
+const DEVELOPS_MAX: usize = 2;
+/// Requests that wait for an event (lease polls and event streams): each holds
+/// a connection and little else.
+const WAITERS_MAX: usize = 10_000;
+
+/// The state of a running coordinator; nothing in it outlives the process.
+#[derive(Debug)]
+pub(crate) struct App {
+    pub(crate) config: Config,
+    pub(crate) store: Store,
+    pub(crate) objects: Objects,
+    /// Counts up when units become ready.
+    pub(crate) work: watch::Sender<u64>,
+    /// Counts up when a job changes.
+    pub(crate) change: watch::Sender<u64>,
+    /// True once the process is to end.
+    pub(crate) stopping: watch::Sender<bool>,
+    pub(crate) cpu: Semaphore,
+    pub(crate) results: Semaphore,
+    pub(crate) uploads: Semaphore,
+    pub(crate) develops: Semaphore,
+    pub(crate) waiters: Semaphore,
+}
+
+/// A computation did not come to its end: it panicked, or the process ends.
+#[derive(Debug, thiserror::Error)]
+#[error("a computation was cut off: {0}")]
+pub struct CutOff(String);
+
+impl App {
+    pub(crate) async fn open(config: Config) -> Result<Self, StartError> {
+        let data_dir = make_folder(&config.data_dir)?;
+        let objects = Objects::local(&make_folder(&data_dir.join("objects"))?)?;
+        let store = Store::open(&sqlite_url(&data_dir.join("farm.db"))).await?;
+        // Workers could not be heard while nobody listened.
+        let until_ms = now_ms().saturating_add_unsigned(config.lease_ttl_ms);
+        store.prolong_all(until_ms).await?;
+        let threads = std::thread::available_parallelism().map_or(2, usize::from);
+        Ok(Self {
+            config,
+            store,
+            objects,
+            work: watch::Sender::new(0),
+            change: watch::Sender::new(0),
+            stopping: watch::Sender::new(false),
+            cpu: Semaphore::new(threads.max(2)),
+            results: Semaphore::new(RESULTS_MAX),
+            uploads: Semaphore::new(UPLOADS_MAX),
+            develops: Semaphore::new(DEVELOPS_MAX),
+            waiters: Semaphore::new(WAITERS_MAX),
+        })
+    }
+
+    /// Run a computation off the async threads; as many at once as the machine
+    /// has threads.
+    pub(crate) async fn compute<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<T, CutOff> {
+        let _permit = self
+            .cpu
+            .acquire()
+            .await
+            .map_err(|e| CutOff(e.to_string()))?;
+        tokio::task::spawn_blocking(work)
+            .await
+            .map_err(|e| CutOff(e.to_string()))
+    }
+
+    /// Wake those who wait for work.
+    pub(crate) fn work_came(&self) {
+        self.work
+            .send_modify(|count| *count = count.wrapping_add(1));
+        self.job_changed();
+    }
+
+    /// Wake those who watch jobs.
+    pub(crate) fn job_changed(&self) {
+        self.change
+            .send_modify(|count| *count = count.wrapping_add(1));
+    }
+}
+
+/// Milliseconds since 1970. Skew between coordinators changes when a lease is
+/// repeated, never a picture.
+pub(crate) fn now_ms() -> i64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    since.map_or(0, |d| i64::try_from(d.as_millis()).unwrap_or(i64::MAX))
+}
+
+fn make_folder(path: &Path) -> Result<std::path::PathBuf, StartError> {
+    let failed = |source| StartError::DataDir {
+        path: path.to_owned(),
+        source,
+    };
+    std::fs::create_dir_all(path).map_err(failed)?;
+    path.canonicalize().map_err(failed)
+}
+
+/// The URL of a database file; every unusual byte is escaped, since `?`, `#`
+/// and `%` mean something in a URL.
+fn sqlite_url(path: &Path) -> String {
+    let mut url = String::from("sqlite://");
+    for &byte in path.as_os_str().as_encoded_bytes() {
+        if byte.is_ascii_alphanumeric() || b"/._-".contains(&byte) {
+            url.push(char::from(byte));
+        } else {
+            // Writing to a String cannot fail.
+            let _ = write!(url, "%{byte:02X}");
+        }
+    }
+    url.push_str("?mode=rwc");
+    url
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn urls_are_escaped() {
+        let url = super::sqlite_url(std::path::Path::new("/a b/50%?#/farm.db"));
+        assert_eq!(url, "sqlite:///a%20b/50%25%3F%23/farm.db?mode=rwc");
+    }
+}

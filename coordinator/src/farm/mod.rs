@@ -1,0 +1,20 @@
+//! The farm's decisions: pure functions of a snapshot and of `now_ms`.
+//!
+//! How large a lease is, which job is served, what is handed out once more at
+//! the end, when a unit or a worker is given up. No clock, socket or database.
+
+mod choose;
+mod endgame;
+mod failure;
+mod lease_size;
+mod runs;
+mod state;
+
+pub use choose::{LiveJob, next_job};
+pub use endgame::{Helper, OpenLease, runs_to_reissue};
+pub use failure::{
+    QUARANTINE_MS, UnitFailures, WorkerStreak, should_quarantine, too_many_bad, unit_is_poison,
+};
+pub use lease_size::{Sizing, lease_units};
+pub use runs::{Unit, cut_runs};
+pub use state::{JobCounts, job_state};

@@ -1,0 +1,52 @@
+//! A complete frame: the hash of its film, once.
+
+use super::error::FoldError;
+use super::tile;
+use crate::app::{App, now_ms};
+use crate::store::FrameTile;
+use shearwater_shared::film::{FilmError, FilmHasher, TileFilm};
+use shearwater_shared::job::JobId;
+
+/// Hash the film of a frame whose tiles are all folded, row of tiles by row of
+/// tiles, and store it; false when another was faster.
+pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, FoldError> {
+    let Some(row) = app.store.job(job).await? else {
+        return Ok(false);
+    };
+    let plan = row.plan();
+    let mut hasher = FilmHasher::new(plan);
+    for first in (0..plan.tiles()).step_by(plan.tiles_x().max(1) as usize) {
+        let mut band = Vec::with_capacity(plan.tiles_x() as usize);
+        for tile in first..first + plan.tiles_x() {
+            let at = FrameTile { job, frame, tile };
+            let Some((film, _)) = tile::read(app, &plan, &at).await? else {
+                return Ok(false);
+            };
+            if film.samples_per_half != u64::from(plan.samples_per_half()) {
+                return Err(FoldError::Film {
+                    tile,
+                    source: FilmError::Shape("its sample count is not that of the job"),
+                });
+            }
+            band.push(film);
+        }
+        hasher = app
+            .compute(move || {
+                let films: Vec<&TileFilm> = band.iter().collect();
+                hasher.add_band(&films).map(|()| hasher)
+            })
+            .await?
+            .map_err(|source| FoldError::Film {
+                tile: first,
+                source,
+            })?;
+    }
+    let hash = hasher
+        .finish()
+        .map_err(|source| FoldError::Film { tile: 0, source })?;
+    let first = app.store.finish_frame(job, frame, &hash, now_ms()).await?;
+    if first {
+        tracing::info!(%job, frame, film_hash = %hash, "frame is complete");
+    }
+    Ok(first)
+}

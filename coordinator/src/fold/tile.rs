@@ -1,0 +1,128 @@
+//! One tile: read its film and parts, join them, put the new film in place.
+
+use super::error::FoldError;
+use crate::app::App;
+use crate::objects::ObjectError;
+use crate::store::{FoldTask, FrameTile, TileState};
+use axum::body::Bytes;
+use shearwater_shared::film::{TileFilm, tile_error};
+use shearwater_shared::plan::Plan;
+use shearwater_shared::wire;
+
+/// How often a tile is read again when an object vanished under the reader:
+/// each time means that another has folded it meanwhile.
+const STALE_READS_MAX: u32 = 8;
+
+/// Fold the parts of a tile into its film; false when there was nothing to do
+/// or another was faster.
+pub(super) async fn fold(app: &App, at: &FrameTile) -> Result<bool, FoldError> {
+    let Some(job) = app.store.job(at.job).await? else {
+        return Ok(false);
+    };
+    let Some((film, old)) = read(app, &job.plan(), at).await? else {
+        return Ok(false);
+    };
+    if old.parts.is_empty() {
+        return Ok(false);
+    }
+    let tile = at.tile;
+    let (bytes, error) = app
+        .compute(move || (wire::encode_film(&film), tile_error(&film)))
+        .await?;
+    let name = app.objects.film_name(at.job, at.frame, at.tile);
+    let bytes = bytes.map_err(|source| FoldError::Damaged {
+        name: format!("film of tile {tile}"),
+        source,
+    })?;
+    app.objects.put(&name, bytes).await?;
+    let task = FoldTask {
+        at: *at,
+        old,
+        film: name,
+        error,
+    };
+    let swapped = app.store.swap_film(&task).await?;
+    // Whoever lost has only its own film to remove. Nobody reads what no row
+    // names, except readers of a moment ago, who read again.
+    let unneeded: Vec<&String> = if swapped {
+        let parts = task.old.parts.iter().map(|part| &part.object);
+        task.old.film.iter().chain(parts).collect()
+    } else {
+        vec![&task.film]
+    };
+    for name in unneeded {
+        if let Err(error) = app.objects.delete(name).await {
+            tracing::warn!(%error, "object stays until the sweep");
+        }
+    }
+    Ok(swapped)
+}
+
+/// The sums of a tile at this moment, and the state they belong to; `None` when
+/// the frame's rows are not made yet.
+pub(super) async fn read(
+    app: &App,
+    plan: &Plan,
+    at: &FrameTile,
+) -> Result<Option<(TileFilm, TileState)>, FoldError> {
+    let pixels = plan.tile_rect(at.tile).map_or(0, |rect| rect.pixels());
+    let mut missing = String::new();
+    for _ in 0..STALE_READS_MAX {
+        let Some(state) = app.store.tile_state(at).await? else {
+            return Ok(None);
+        };
+        match load(app, &state).await {
+            Ok(loaded) => {
+                let film = app.compute(move || join(loaded, pixels)).await??;
+                return Ok(Some((film, state)));
+            }
+            // The same object missing twice under the same row is lost.
+            Err(error) if error.is_missing() && error.name == missing => break,
+            Err(error) if error.is_missing() => missing = error.name,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Err(FoldError::Lost(missing))
+}
+
+/// The bytes of a tile's objects.
+struct Loaded {
+    tile: u32,
+    film: Option<(String, Bytes)>,
+    parts: Vec<(String, Bytes)>,
+}
+
+async fn load(app: &App, state: &TileState) -> Result<Loaded, ObjectError> {
+    let film = match &state.film {
+        Some(name) => Some((name.clone(), app.objects.get(name).await?)),
+        None => None,
+    };
+    let mut parts = Vec::with_capacity(state.parts.len());
+    for part in &state.parts {
+        parts.push((part.object.clone(), app.objects.get(&part.object).await?));
+    }
+    Ok(Loaded {
+        tile: state.tile,
+        film,
+        parts,
+    })
+}
+
+fn join(loaded: Loaded, pixels: usize) -> Result<TileFilm, FoldError> {
+    let tile = loaded.tile;
+    let unfit = |source| FoldError::Film { tile, source };
+    let mut film = match loaded.film {
+        Some((name, bytes)) => {
+            wire::decode_film(&bytes).map_err(|source| FoldError::Damaged { name, source })?
+        }
+        None => TileFilm::zero(pixels),
+    };
+    // Adding nothing checks the size of a stored film.
+    film.add_film(&TileFilm::zero(pixels)).map_err(unfit)?;
+    for (name, bytes) in loaded.parts {
+        let sums =
+            wire::decode_sums(&bytes).map_err(|source| FoldError::Damaged { name, source })?;
+        film.add(&sums).map_err(unfit)?;
+    }
+    Ok(film)
+}

@@ -1,0 +1,192 @@
+//! Write-once objects: assets, parts and films.
+//!
+//! Every object is durable (fsynced, with its directory) before `put` returns,
+//! and is never changed afterwards: names of parts and films carry a nonce, so
+//! no two writers ever meet and a row names either the whole object or nothing.
+
+use axum::body::Bytes;
+use futures_util::stream::{BoxStream, StreamExt, TryStreamExt};
+use object_store::local::LocalFileSystem;
+use object_store::path::Path;
+use object_store::{
+    Error, GetResult, MultipartUpload, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode,
+    PutOptions, PutPayload,
+};
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::JobId;
+use shearwater_shared::plan::Run;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Prefix of parts: `part/<job>/<frame>/<tile>/<block0>-<block1>-<nonce>`.
+pub const PARTS: &str = "part";
+/// Prefix of films: `film/<job>/<frame>/<tile>-<nonce>`.
+pub const FILMS: &str = "film";
+/// Prefix of assets: `asset/<hash>`.
+pub const ASSETS: &str = "asset";
+
+/// An object could not be written, read or removed.
+#[derive(Debug, thiserror::Error)]
+#[error("object `{name}`: {source}")]
+pub struct ObjectError {
+    /// Which object.
+    pub name: String,
+    /// The store's words.
+    pub source: Error,
+}
+
+impl ObjectError {
+    /// There is no such object.
+    #[must_use]
+    pub const fn is_missing(&self) -> bool {
+        matches!(self.source, Error::NotFound { .. })
+    }
+}
+
+/// The object store of one coordinator. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Objects {
+    store: Arc<dyn ObjectStore>,
+    /// Random enough for one process: time and process number.
+    process: u64,
+    serial: Arc<AtomicU64>,
+}
+
+impl Objects {
+    /// Objects in a folder, which must exist.
+    ///
+    /// # Errors
+    /// The folder cannot be used.
+    pub fn local(folder: &std::path::Path) -> Result<Self, ObjectError> {
+        let store = LocalFileSystem::new_with_prefix(folder)
+            .map_err(|source| ObjectError {
+                name: folder.display().to_string(),
+                source,
+            })?
+            .with_fsync(true);
+        let since = SystemTime::now().duration_since(UNIX_EPOCH);
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&since.map_or(0, |d| d.as_nanos()).to_le_bytes());
+        hasher.update(&std::process::id().to_le_bytes());
+        let mut process = [0; 8];
+        hasher.finalize_xof().fill(&mut process);
+        Ok(Self {
+            store: Arc::new(store),
+            process: u64::from_le_bytes(process),
+            serial: Arc::new(AtomicU64::new(0)),
+        })
+    }
+
+    fn nonce(&self) -> String {
+        let serial = self.serial.fetch_add(1, Ordering::Relaxed);
+        format!("{:016x}{serial:x}", self.process)
+    }
+
+    /// A name for a part, never used before.
+    #[must_use]
+    pub fn part_name(&self, job: JobId, run: &Run) -> String {
+        format!(
+            "{PARTS}/{job}/{}/{}/{}-{}-{}",
+            run.frame,
+            run.tile,
+            run.block0,
+            run.block1,
+            self.nonce()
+        )
+    }
+
+    /// A name for a tile's film, never used before.
+    #[must_use]
+    pub fn film_name(&self, job: JobId, frame: u32, tile: u32) -> String {
+        format!("{FILMS}/{job}/{frame}/{tile}-{}", self.nonce())
+    }
+
+    /// A name for an object that only tries whether objects can be written.
+    #[must_use]
+    pub fn probe_name(&self) -> String {
+        format!("probe/{}", self.nonce())
+    }
+
+    /// The name of an asset.
+    #[must_use]
+    pub fn asset_name(hash: &ContentHash) -> String {
+        format!("{ASSETS}/{hash}")
+    }
+
+    /// Write a new object; durable when this returns.
+    ///
+    /// # Errors
+    /// The store failed, or the name is taken.
+    pub async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), ObjectError> {
+        let options = PutOptions::from(PutMode::Create);
+        self.store
+            .put_opts(&Path::from(name), PutPayload::from(bytes), options)
+            .await
+            .map_err(|source| failed(name, source))?;
+        Ok(())
+    }
+
+    /// Begin an asset that comes in pieces; nothing is visible before it is
+    /// complete.
+    ///
+    /// # Errors
+    /// The store failed.
+    pub async fn upload(&self, name: &str) -> Result<Box<dyn MultipartUpload>, ObjectError> {
+        self.store
+            .put_multipart(&Path::from(name))
+            .await
+            .map_err(|source| failed(name, source))
+    }
+
+    /// A whole object.
+    ///
+    /// # Errors
+    /// The store failed, or there is no such object.
+    pub async fn get(&self, name: &str) -> Result<Bytes, ObjectError> {
+        self.open(name)
+            .await?
+            .bytes()
+            .await
+            .map_err(|source| failed(name, source))
+    }
+
+    /// An object to be read in pieces.
+    ///
+    /// # Errors
+    /// The store failed, or there is no such object.
+    pub async fn open(&self, name: &str) -> Result<GetResult, ObjectError> {
+        self.store
+            .get(&Path::from(name))
+            .await
+            .map_err(|source| failed(name, source))
+    }
+
+    /// Remove an object; one that is gone already is fine.
+    ///
+    /// # Errors
+    /// The store failed.
+    pub async fn delete(&self, name: &str) -> Result<(), ObjectError> {
+        match self.store.delete(&Path::from(name)).await {
+            Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
+            Err(source) => Err(failed(name, source)),
+        }
+    }
+
+    /// Objects below a prefix, in no order.
+    #[must_use]
+    pub fn list(&self, prefix: &str) -> BoxStream<'static, Result<ObjectMeta, ObjectError>> {
+        let name = prefix.to_owned();
+        self.store
+            .list(Some(&Path::from(prefix)))
+            .map_err(move |source| failed(&name, source))
+            .boxed()
+    }
+}
+
+fn failed(name: &str, source: Error) -> ObjectError {
+    ObjectError {
+        name: name.to_owned(),
+        source,
+    }
+}

@@ -1,0 +1,261 @@
+//! Units become leased: fresh ones, or once more at the end of a job.
+
+use super::error::{Attempt, StoreError};
+use super::open::{Engine, Store};
+use super::rows::{runs_text, small};
+use super::submit::next_id;
+use crate::farm::Unit;
+use shearwater_shared::job::JobId;
+use shearwater_shared::plan::Run;
+use sqlx::{Any, Transaction};
+
+/// Which units may be claimed.
+#[derive(Clone, Debug)]
+pub struct ReadyQuery {
+    /// Of this job.
+    pub job: JobId,
+    /// For this worker (instance).
+    pub worker: String,
+    /// At most so many.
+    pub units_max: usize,
+    /// Leave out units that this worker failed on: others will try them.
+    pub avoid_failed: bool,
+}
+
+/// A fresh lease.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Claimed {
+    /// Number of the lease.
+    pub id: i64,
+    /// Its runs, in the order to render.
+    pub runs: Vec<Run>,
+}
+
+macro_rules! ready_sql {
+    ($tail:literal) => {
+        concat!(
+            "SELECT frame, tile, block FROM unit WHERE job = $1 AND state = 0 \
+             AND ($2 = 0 OR NOT EXISTS (SELECT 1 FROM failure f WHERE f.job = unit.job \
+             AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block \
+             AND f.worker = $3)) ORDER BY frame, tile, block LIMIT $4",
+            $tail
+        )
+    };
+}
+const READY_SQLITE: &str = ready_sql!("");
+const READY_POSTGRES: &str = ready_sql!(" FOR UPDATE SKIP LOCKED");
+
+impl Store {
+    /// Lease the runs that `cut` makes of the first ready units; makes the
+    /// units of the next frame when too few are ready. `None` when nothing is
+    /// ready or the job has ended.
+    ///
+    /// # Errors
+    /// The database failed; nothing was leased.
+    pub async fn claim(
+        &self,
+        query: &ReadyQuery,
+        cut: impl FnOnce(&[Unit]) -> Vec<Run> + Send,
+        now_ms: i64,
+        until_ms: i64,
+    ) -> Result<Option<Claimed>, StoreError> {
+        let mut tx = self.begin().await?;
+        let mut ready = ready_units(&mut tx, self.engine, query).await?;
+        if ready.len() < query.units_max && make_next_frame(&mut tx, query.job).await? {
+            ready = ready_units(&mut tx, self.engine, query).await?;
+        }
+        let runs = cut(&ready);
+        if runs.is_empty() {
+            // The frame that was made is kept.
+            tx.commit().await.attempt("commit frame")?;
+            return Ok(None);
+        }
+        let id = next_id(&mut tx, "lease").await?;
+        for run in &runs {
+            sqlx::query(
+                "UPDATE unit SET state = 1, lease = $1 WHERE job = $2 AND frame = $3 \
+                 AND tile = $4 AND block >= $5 AND block < $6 AND state = 0",
+            )
+            .bind(id)
+            .bind(query.job.0)
+            .bind(i64::from(run.frame))
+            .bind(i64::from(run.tile))
+            .bind(i64::from(run.block0))
+            .bind(i64::from(run.block1))
+            .execute(&mut *tx)
+            .await
+            .attempt("lease units")?;
+        }
+        if !insert_lease(
+            &mut tx,
+            id,
+            query.job,
+            &query.worker,
+            &runs,
+            now_ms,
+            until_ms,
+        )
+        .await?
+        {
+            return Ok(None);
+        }
+        tx.commit().await.attempt("commit claim")?;
+        Ok(Some(Claimed { id, runs }))
+    }
+
+    /// Lease `runs`, which another worker holds, once more. Runs that were
+    /// counted meanwhile are left out; `None` when all were.
+    ///
+    /// # Errors
+    /// The database failed; nothing was leased.
+    pub async fn reissue(
+        &self,
+        job: JobId,
+        runs: &[Run],
+        worker: &str,
+        now_ms: i64,
+        until_ms: i64,
+    ) -> Result<Option<Claimed>, StoreError> {
+        let mut tx = self.begin().await?;
+        let id = next_id(&mut tx, "lease").await?;
+        let mut held = Vec::with_capacity(runs.len());
+        for run in runs {
+            let taken = sqlx::query(
+                "UPDATE unit SET lease = $1 WHERE job = $2 AND frame = $3 \
+                 AND tile = $4 AND block >= $5 AND block < $6 AND state = 1",
+            )
+            .bind(id)
+            .bind(job.0)
+            .bind(i64::from(run.frame))
+            .bind(i64::from(run.tile))
+            .bind(i64::from(run.block0))
+            .bind(i64::from(run.block1))
+            .execute(&mut *tx)
+            .await
+            .attempt("lease units again")?
+            .rows_affected();
+            // A run that is no longer whole belongs to nobody: it would be
+            // refused for overlapping.
+            if taken == u64::from(run.block1.saturating_sub(run.block0)) {
+                held.push(*run);
+            }
+        }
+        if held.len() != runs.len()
+            || !insert_lease(&mut tx, id, job, worker, &held, now_ms, until_ms).await?
+        {
+            return Ok(None);
+        }
+        tx.commit().await.attempt("commit reissue")?;
+        Ok(Some(Claimed { id, runs: held }))
+    }
+}
+
+async fn ready_units(
+    tx: &mut Transaction<'static, Any>,
+    engine: Engine,
+    query: &ReadyQuery,
+) -> Result<Vec<Unit>, StoreError> {
+    let sql = match engine {
+        Engine::Sqlite => READY_SQLITE,
+        Engine::Postgres => READY_POSTGRES,
+    };
+    let rows = sqlx::query(sql)
+        .bind(query.job.0)
+        .bind(i64::from(query.avoid_failed))
+        .bind(&query.worker)
+        .bind(i64::try_from(query.units_max).unwrap_or(i64::MAX))
+        .fetch_all(&mut **tx)
+        .await
+        .attempt("read ready units")?;
+    rows.iter()
+        .map(|row| {
+            Ok(Unit {
+                frame: small(row, "frame")?,
+                tile: small(row, "tile")?,
+                block: small(row, "block")?,
+            })
+        })
+        .collect()
+}
+
+/// Make the rows of the job's next frame; false when there is none.
+async fn make_next_frame(
+    tx: &mut Transaction<'static, Any>,
+    job: JobId,
+) -> Result<bool, StoreError> {
+    let row = sqlx::query(
+        "UPDATE job SET next_frame = next_frame + 1 WHERE id = $1 AND next_frame < frames \
+         AND finished_ms IS NULL RETURNING next_frame, tiles, blocks",
+    )
+    .bind(job.0)
+    .fetch_optional(&mut **tx)
+    .await
+    .attempt("take next frame")?;
+    let Some(row) = row else { return Ok(false) };
+    let frame = i64::from(small(&row, "next_frame")?) - 1;
+    let (tiles, blocks) = (small(&row, "tiles")?, small(&row, "blocks")?);
+    sqlx::query("INSERT INTO frame (job, frame) VALUES ($1, $2)")
+        .bind(job.0)
+        .bind(frame)
+        .execute(&mut **tx)
+        .await
+        .attempt("insert frame")?;
+    sqlx::query(
+        "WITH RECURSIVE t(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM t \
+         WHERE n + 1 < $3) INSERT INTO tilefold (job, frame, tile) SELECT $1, $2, n FROM t",
+    )
+    .bind(job.0)
+    .bind(frame)
+    .bind(i64::from(tiles))
+    .execute(&mut **tx)
+    .await
+    .attempt("insert tiles")?;
+    sqlx::query(
+        "WITH RECURSIVE u(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM u \
+         WHERE n + 1 < $3) INSERT INTO unit (job, frame, tile, block) \
+         SELECT $1, $2, n / $4, n % $4 FROM u",
+    )
+    .bind(job.0)
+    .bind(frame)
+    .bind(i64::from(tiles) * i64::from(blocks))
+    .bind(i64::from(blocks))
+    .execute(&mut **tx)
+    .await
+    .attempt("insert units")?;
+    Ok(true)
+}
+
+/// Insert the lease's row; false when the job has ended.
+async fn insert_lease(
+    tx: &mut Transaction<'static, Any>,
+    id: i64,
+    job: JobId,
+    worker: &str,
+    runs: &[Run],
+    now_ms: i64,
+    until_ms: i64,
+) -> Result<bool, StoreError> {
+    sqlx::query(
+        "INSERT INTO lease (id, job, worker, runs, created_ms, until_ms) \
+         VALUES ($1, $2, $3, $4, $5, $6)",
+    )
+    .bind(id)
+    .bind(job.0)
+    .bind(worker)
+    .bind(runs_text(runs)?)
+    .bind(now_ms)
+    .bind(until_ms)
+    .execute(&mut **tx)
+    .await
+    .attempt("insert lease")?;
+    let live = sqlx::query(
+        "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), rev = rev + 1 \
+         WHERE id = $1 AND finished_ms IS NULL",
+    )
+    .bind(job.0)
+    .bind(now_ms)
+    .execute(&mut **tx)
+    .await
+    .attempt("mark job running")?;
+    Ok(live.rows_affected() == 1)
+}

@@ -1,0 +1,282 @@
+//! A result is counted, once.
+
+use super::error::{Attempt, StoreError};
+use super::open::Store;
+use super::rows::{big, count, hash, int, small, text};
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::JobId;
+use shearwater_shared::plan::Run;
+use sqlx::{Any, Transaction};
+
+/// One run's result. Its object is durable before this is committed.
+#[derive(Clone, Debug)]
+pub struct PartRecord {
+    /// Job.
+    pub job: JobId,
+    /// The run.
+    pub run: Run,
+    /// Lease under which it was rendered; only to free what it still holds.
+    pub lease: i64,
+    /// Worker (instance).
+    pub worker: String,
+    /// Hash of the sums, for comparison with repetitions.
+    pub sums_hash: ContentHash,
+    /// Name of the object that holds the sums.
+    pub object: String,
+    /// Samples over all pixels.
+    pub samples: u64,
+    /// Microseconds of cores.
+    pub core_us: u64,
+    /// Bad samples.
+    pub bad_samples: u64,
+    /// Paths that met the cap on depth.
+    pub depth_cap_hits: u64,
+}
+
+/// What became of a result.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CommitOutcome {
+    /// Counted now, all units of the run.
+    Counted,
+    /// Counted before, with the same bits as far as they can be compared.
+    Duplicate,
+    /// Counted before with other bits: an alarm.
+    Unequal {
+        /// Worker whose bits were counted.
+        first_worker: String,
+    },
+    /// Some units were counted before in another cut: refused whole, the other
+    /// units are ready again.
+    Overlap,
+    /// The job was cancelled or has failed.
+    Ended,
+    /// No such job, or the frame's units do not exist.
+    Unknown,
+}
+
+impl Store {
+    /// Count all units of the run if none is counted yet.
+    ///
+    /// # Errors
+    /// The database failed; nothing was counted.
+    pub async fn commit(
+        &self,
+        part: &PartRecord,
+        now_ms: i64,
+    ) -> Result<CommitOutcome, StoreError> {
+        let mut tx = self.begin().await?;
+        let marked = for_run(
+            sqlx::query(
+                "UPDATE unit SET state = 2, lease = 0 WHERE job = $1 AND frame = $2 \
+                 AND tile = $3 AND block >= $4 AND block < $5 AND state < 2",
+            ),
+            part,
+        )
+        .execute(&mut *tx)
+        .await
+        .attempt("count units")?
+        .rows_affected();
+        if marked != u64::from(part.run.block1.saturating_sub(part.run.block0)) {
+            tx.rollback().await.attempt("roll back")?;
+            return self.settle_repetition(part).await;
+        }
+        if !add_to_job(&mut tx, part, now_ms).await? {
+            return Ok(CommitOutcome::Ended);
+        }
+        insert_part(&mut tx, part).await?;
+        tx.commit().await.attempt("commit result")?;
+        Ok(CommitOutcome::Counted)
+    }
+
+    /// What [`Store::commit`] would answer, if it is known without trying:
+    /// saves writing the object of a repetition. Changes nothing.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn counted_before(
+        &self,
+        part: &PartRecord,
+    ) -> Result<Option<CommitOutcome>, StoreError> {
+        let row = for_run(
+            sqlx::query(
+                "SELECT count(*) AS open FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 \
+                 AND block >= $4 AND block < $5 AND state < 2",
+            ),
+            part,
+        )
+        .fetch_one(&self.read)
+        .await
+        .attempt("look at units")?;
+        let length = u64::from(part.run.block1.saturating_sub(part.run.block0));
+        if count(&row, "open")? == length {
+            return Ok(None);
+        }
+        self.settle_repetition(part).await.map(Some)
+    }
+
+    // At least one unit of the run is counted or missing.
+    async fn settle_repetition(&self, part: &PartRecord) -> Result<CommitOutcome, StoreError> {
+        let mut tx = self.begin().await?;
+        let job = sqlx::query("SELECT ended FROM job WHERE id = $1")
+            .bind(part.job.0)
+            .fetch_optional(&mut *tx)
+            .await
+            .attempt("read job")?;
+        let Some(job) = job else {
+            return Ok(CommitOutcome::Unknown);
+        };
+        let first = sqlx::query(
+            "SELECT block1, sums_hash, worker FROM part WHERE job = $1 AND frame = $2 \
+             AND tile = $3 AND block0 = $4",
+        )
+        .bind(part.job.0)
+        .bind(i64::from(part.run.frame))
+        .bind(i64::from(part.run.tile))
+        .bind(i64::from(part.run.block0))
+        .fetch_optional(&mut *tx)
+        .await
+        .attempt("read part")?;
+        if let Some(first) = first
+            && small(&first, "block1")? == part.run.block1
+        {
+            if hash(&first, "sums_hash")? == part.sums_hash {
+                return Ok(CommitOutcome::Duplicate);
+            }
+            count_unequal(&mut tx, part.job).await?;
+            tx.commit().await.attempt("commit alarm")?;
+            return Ok(CommitOutcome::Unequal {
+                first_worker: text(&first, "worker")?,
+            });
+        }
+        if int(&job, "ended")? != 0 {
+            return Ok(CommitOutcome::Ended);
+        }
+        let outcome = settle_overlap(&mut tx, part).await?;
+        tx.commit().await.attempt("commit overlap")?;
+        Ok(outcome)
+    }
+}
+
+type Query<'q> = sqlx::query::Query<'q, Any, sqlx::any::AnyArguments>;
+
+/// Bind job, frame, tile, block0, block1 as $1 to $5.
+fn for_run<'q>(query: Query<'q>, part: &PartRecord) -> Query<'q> {
+    query
+        .bind(part.job.0)
+        .bind(i64::from(part.run.frame))
+        .bind(i64::from(part.run.tile))
+        .bind(i64::from(part.run.block0))
+        .bind(i64::from(part.run.block1))
+}
+
+/// Add the run to its job and frame; false when the job has ended or is gone.
+async fn add_to_job(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let units = i64::from(part.run.block1.saturating_sub(part.run.block0));
+    let live = sqlx::query(
+        "UPDATE job SET units_done = units_done + $2, samples_done = samples_done + $3, \
+         core_us = core_us + $4, bad_samples = bad_samples + $5, \
+         depth_cap_hits = depth_cap_hits + $6, last_result_ms = $7, rev = rev + 1 \
+         WHERE id = $1 AND finished_ms IS NULL",
+    )
+    .bind(part.job.0)
+    .bind(units)
+    .bind(big(part.samples))
+    .bind(big(part.core_us))
+    .bind(big(part.bad_samples))
+    .bind(big(part.depth_cap_hits))
+    .bind(now_ms)
+    .execute(&mut **tx)
+    .await
+    .attempt("add to job")?;
+    if live.rows_affected() != 1 {
+        return Ok(false);
+    }
+    sqlx::query("UPDATE frame SET units_done = units_done + $3 WHERE job = $1 AND frame = $2")
+        .bind(part.job.0)
+        .bind(i64::from(part.run.frame))
+        .bind(units)
+        .execute(&mut **tx)
+        .await
+        .attempt("add to frame")?;
+    Ok(true)
+}
+
+async fn insert_part(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+) -> Result<(), StoreError> {
+    for_run(
+        sqlx::query(
+            "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object) \
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
+        ),
+        part,
+    )
+    .bind(part.sums_hash.to_string())
+    .bind(&part.worker)
+    .bind(&part.object)
+    .execute(&mut **tx)
+    .await
+    .attempt("insert part")?;
+    sqlx::query(
+        "UPDATE worker SET failed_in_row = 0, failed_last = '' \
+         WHERE instance = $1 AND failed_in_row > 0",
+    )
+    .bind(&part.worker)
+    .execute(&mut **tx)
+    .await
+    .attempt("reset failures")?;
+    Ok(())
+}
+
+async fn count_unequal(tx: &mut Transaction<'static, Any>, job: JobId) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE job SET unequal_results = unequal_results + 1, rev = rev + 1 WHERE id = $1",
+    )
+    .bind(job.0)
+    .execute(&mut **tx)
+    .await
+    .attempt("count alarm")?;
+    Ok(())
+}
+
+/// A run in another cut than what was counted: free its uncounted units.
+async fn settle_overlap(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+) -> Result<CommitOutcome, StoreError> {
+    let row = for_run(
+        sqlx::query(
+            "SELECT count(*) AS known, CAST(coalesce(sum(CASE WHEN state = 2 THEN 1 ELSE 0 END), \
+             0) AS BIGINT) AS counted FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 \
+             AND block >= $4 AND block < $5",
+        ),
+        part,
+    )
+    .fetch_one(&mut **tx)
+    .await
+    .attempt("look at units")?;
+    let length = u64::from(part.run.block1.saturating_sub(part.run.block0));
+    if count(&row, "known")? != length {
+        return Ok(CommitOutcome::Unknown);
+    }
+    if count(&row, "counted")? == length {
+        return Ok(CommitOutcome::Duplicate);
+    }
+    for_run(
+        sqlx::query(
+            "UPDATE unit SET state = 0, lease = 0 WHERE job = $1 AND frame = $2 AND tile = $3 \
+             AND block >= $4 AND block < $5 AND state = 1 AND lease = $6",
+        ),
+        part,
+    )
+    .bind(part.lease)
+    .execute(&mut **tx)
+    .await
+    .attempt("free units")?;
+    Ok(CommitOutcome::Overlap)
+}

@@ -1,0 +1,52 @@
+//! What can go wrong in the store.
+
+/// The store could not do what it was asked; nothing of it was done.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// The database refused or failed.
+    #[error("database, {what}: {source}")]
+    Sql {
+        /// What was attempted.
+        what: &'static str,
+        /// The database's words.
+        source: sqlx::Error,
+    },
+    /// The tables could not be brought to this version.
+    #[error(
+        "database migration failed: {0}; is the database of another program or a later version?"
+    )]
+    Migrate(#[from] sqlx::migrate::MigrateError),
+    /// A stored text does not read back.
+    #[error(
+        "database row of {what} cannot be read: {detail}; the database is damaged or of another version"
+    )]
+    Corrupt {
+        /// Which row.
+        what: &'static str,
+        /// What is wrong with it.
+        detail: String,
+    },
+    /// The URL is of no engine of this build.
+    #[error("database URL `{0}`: this build knows sqlite: only")]
+    Engine(String),
+}
+
+/// Name the attempt in a database error.
+pub(super) trait Attempt<T> {
+    /// `what` was attempted.
+    fn attempt(self, what: &'static str) -> Result<T, StoreError>;
+}
+
+impl<T> Attempt<T> for Result<T, sqlx::Error> {
+    fn attempt(self, what: &'static str) -> Result<T, StoreError> {
+        self.map_err(|source| StoreError::Sql { what, source })
+    }
+}
+
+/// A stored text that does not read back.
+pub(super) fn corrupt(what: &'static str, detail: impl std::fmt::Display) -> StoreError {
+    StoreError::Corrupt {
+        what,
+        detail: detail.to_string(),
+    }
+}

@@ -1,0 +1,301 @@
+//! Parts become tiles, tiles become films.
+
+use super::error::{Attempt, StoreError, corrupt};
+use super::open::Store;
+use super::rows::{int, optional_text, small, text};
+use shearwater_shared::film::TileError;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::JobId;
+
+/// A tile of a frame of a job.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameTile {
+    /// Job.
+    pub job: JobId,
+    /// Frame.
+    pub frame: u32,
+    /// Tile.
+    pub tile: u32,
+}
+
+/// What is stored of a tile: its film so far, and parts that it lacks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TileState {
+    /// Which tile.
+    pub tile: u32,
+    /// Counts the swaps of the film.
+    pub version: i64,
+    /// Blocks in the film.
+    pub blocks: u32,
+    /// The film's object; none when no part is folded.
+    pub film: Option<String>,
+    /// Parts that are not in the film.
+    pub parts: Vec<FoldInput>,
+}
+
+/// A part that is not yet folded.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FoldInput {
+    /// First block.
+    pub block0: u32,
+    /// One past the last block.
+    pub block1: u32,
+    /// Object of the sums.
+    pub object: String,
+}
+
+/// A film that takes the place of a tile's old film and some parts.
+#[derive(Clone, Debug)]
+pub struct FoldTask {
+    /// Which tile.
+    pub at: FrameTile,
+    /// The state that was read.
+    pub old: TileState,
+    /// The new film's object, durable.
+    pub film: String,
+    /// The new film's error sums.
+    pub error: TileError,
+}
+
+impl Store {
+    /// Tiles worth folding: all blocks are there, or `parts_max` parts wait.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn tiles_to_fold(
+        &self,
+        parts_max: u32,
+        limit: u32,
+    ) -> Result<Vec<FrameTile>, StoreError> {
+        sqlx::query(
+            "SELECT p.job, p.frame, p.tile FROM part p JOIN job j ON j.id = p.job \
+             JOIN tilefold t ON t.job = p.job AND t.frame = p.frame AND t.tile = p.tile \
+             WHERE p.object IS NOT NULL AND j.finished_ms IS NULL \
+             GROUP BY p.job, p.frame, p.tile, t.blocks, j.blocks \
+             HAVING count(*) >= $1 OR t.blocks + sum(p.block1 - p.block0) >= j.blocks \
+             ORDER BY p.job, p.frame, p.tile LIMIT $2",
+        )
+        .bind(i64::from(parts_max))
+        .bind(i64::from(limit))
+        .fetch_all(&self.read)
+        .await
+        .attempt("find tiles to fold")?
+        .iter()
+        .map(|row| {
+            Ok(FrameTile {
+                job: JobId(int(row, "job")?),
+                frame: small(row, "frame")?,
+                tile: small(row, "tile")?,
+            })
+        })
+        .collect()
+    }
+
+    /// One tile's state; `None` when there is no such tile (yet).
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn tile_state(&self, at: &FrameTile) -> Result<Option<TileState>, StoreError> {
+        let mut states = self
+            .tile_states(at.job, at.frame, at.tile, at.tile + 1)
+            .await?;
+        Ok(states.pop())
+    }
+
+    /// The states of tiles `[tile0, tile1)` of a frame, in order; empty when
+    /// the frame's rows are not made yet. Film and parts of a tile belong to
+    /// one moment.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn tile_states(
+        &self,
+        job: JobId,
+        frame: u32,
+        tile0: u32,
+        tile1: u32,
+    ) -> Result<Vec<TileState>, StoreError> {
+        // One statement, one snapshot: a fold between two would lose a part.
+        let rows = sqlx::query(
+            "SELECT t.tile, t.version, t.blocks, t.object AS film, p.block0, p.block1, \
+             p.object AS part FROM tilefold t LEFT JOIN part p ON p.job = t.job \
+             AND p.frame = t.frame AND p.tile = t.tile AND p.object IS NOT NULL \
+             WHERE t.job = $1 AND t.frame = $2 AND t.tile >= $3 AND t.tile < $4 \
+             ORDER BY t.tile, p.block0",
+        )
+        .bind(job.0)
+        .bind(i64::from(frame))
+        .bind(i64::from(tile0))
+        .bind(i64::from(tile1))
+        .fetch_all(&self.read)
+        .await
+        .attempt("read tiles")?;
+        let mut states: Vec<TileState> = Vec::new();
+        for row in &rows {
+            let tile = small(row, "tile")?;
+            if states.last().is_none_or(|state| state.tile != tile) {
+                states.push(TileState {
+                    tile,
+                    version: int(row, "version")?,
+                    blocks: small(row, "blocks")?,
+                    film: optional_text(row, "film")?,
+                    parts: Vec::new(),
+                });
+            }
+            if let (Some(object), Some(state)) = (optional_text(row, "part")?, states.last_mut()) {
+                state.parts.push(FoldInput {
+                    block0: small(row, "block0")?,
+                    block1: small(row, "block1")?,
+                    object,
+                });
+            }
+        }
+        Ok(states)
+    }
+
+    /// Put the new film in the place of the old one and of its parts, if the
+    /// tile is still as it was read; false when another was faster.
+    ///
+    /// # Errors
+    /// The database failed; the tile is as before.
+    pub async fn swap_film(&self, fold: &FoldTask) -> Result<bool, StoreError> {
+        let mut tx = self.begin().await?;
+        let [job, frame, tile] = [fold.at.job.0, fold.at.frame.into(), i64::from(fold.at.tile)];
+        let added: u32 = fold.old.parts.iter().map(|p| p.block1 - p.block0).sum();
+        let error = serde_json::to_string(&fold.error).map_err(|e| corrupt("tile error", e))?;
+        let swapped = sqlx::query(
+            "UPDATE tilefold SET version = version + 1, blocks = blocks + $5, object = $6, \
+             error = $7 WHERE job = $1 AND frame = $2 AND tile = $3 AND version = $4",
+        )
+        .bind(job)
+        .bind(frame)
+        .bind(tile)
+        .bind(fold.old.version)
+        .bind(i64::from(added))
+        .bind(&fold.film)
+        .bind(error)
+        .execute(&mut *tx)
+        .await
+        .attempt("swap film")?;
+        if swapped.rows_affected() != 1 {
+            return Ok(false);
+        }
+        for part in &fold.old.parts {
+            let taken = sqlx::query(
+                "UPDATE part SET object = NULL WHERE job = $1 AND frame = $2 AND tile = $3 \
+                 AND block0 = $4 AND object = $5",
+            )
+            .bind(job)
+            .bind(frame)
+            .bind(tile)
+            .bind(i64::from(part.block0))
+            .bind(&part.object)
+            .execute(&mut *tx)
+            .await
+            .attempt("take part")?;
+            if taken.rows_affected() != 1 {
+                return Ok(false);
+            }
+        }
+        sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
+            .bind(job)
+            .execute(&mut *tx)
+            .await
+            .attempt("count change")?;
+        tx.commit().await.attempt("commit fold")?;
+        Ok(true)
+    }
+
+    /// Error sums of the folded tiles of a frame, in tile order.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn tile_errors(
+        &self,
+        job: JobId,
+        frame: u32,
+    ) -> Result<Vec<(u32, TileError)>, StoreError> {
+        sqlx::query(
+            "SELECT tile, error FROM tilefold WHERE job = $1 AND frame = $2 \
+             AND error IS NOT NULL ORDER BY tile",
+        )
+        .bind(job.0)
+        .bind(i64::from(frame))
+        .fetch_all(&self.read)
+        .await
+        .attempt("read tile errors")?
+        .iter()
+        .map(|row| {
+            let error = serde_json::from_str(&text(row, "error")?);
+            Ok((
+                small(row, "tile")?,
+                error.map_err(|e| corrupt("tile error", e))?,
+            ))
+        })
+        .collect()
+    }
+
+    /// Frames of which every unit is counted and folded and whose film hash is
+    /// not yet stored.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn frames_to_finish(&self, limit: u32) -> Result<Vec<(JobId, u32)>, StoreError> {
+        sqlx::query(
+            "SELECT f.job, f.frame FROM frame f JOIN job j ON j.id = f.job \
+             WHERE f.film_hash IS NULL AND j.finished_ms IS NULL \
+             AND f.units_done = j.tiles * j.blocks AND NOT EXISTS (SELECT 1 FROM part p \
+             WHERE p.job = f.job AND p.frame = f.frame AND p.object IS NOT NULL) \
+             ORDER BY f.job, f.frame LIMIT $1",
+        )
+        .bind(i64::from(limit))
+        .fetch_all(&self.read)
+        .await
+        .attempt("find frames to finish")?
+        .iter()
+        .map(|row| Ok((JobId(int(row, "job")?), small(row, "frame")?)))
+        .collect()
+    }
+
+    /// Store a frame's film hash, once; with the last frame the job is done.
+    /// False when another was faster.
+    ///
+    /// # Errors
+    /// The database failed; the frame is as before.
+    pub async fn finish_frame(
+        &self,
+        job: JobId,
+        frame: u32,
+        film_hash: &ContentHash,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        let mut tx = self.begin().await?;
+        let first = sqlx::query(
+            "UPDATE frame SET film_hash = $3 WHERE job = $1 AND frame = $2 AND film_hash IS NULL",
+        )
+        .bind(job.0)
+        .bind(i64::from(frame))
+        .bind(film_hash.to_string())
+        .execute(&mut *tx)
+        .await
+        .attempt("store film hash")?;
+        if first.rows_affected() != 1 {
+            return Ok(false);
+        }
+        let live = sqlx::query(
+            "UPDATE job SET frames_done = frames_done + 1, rev = rev + 1, \
+             finished_ms = CASE WHEN frames_done + 1 = frames THEN $2 ELSE NULL END \
+             WHERE id = $1 AND finished_ms IS NULL",
+        )
+        .bind(job.0)
+        .bind(now_ms)
+        .execute(&mut *tx)
+        .await
+        .attempt("count frame")?;
+        if live.rows_affected() != 1 {
+            return Ok(false);
+        }
+        tx.commit().await.attempt("commit frame")?;
+        Ok(true)
+    }
+}

@@ -1,0 +1,224 @@
+//! Jobs: read, list, stop, delete.
+
+use super::error::{Attempt, StoreError};
+use super::open::Store;
+use super::rows::{JobRow, count, failure_code, hash, int, job_columns, job_row, small};
+use crate::farm::LiveJob;
+use shearwater_shared::api::FailureKind;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::{JobId, JobState};
+
+/// Jobs that one lease request looks at: the oldest of the highest priority.
+const LIVE_JOBS_MAX: i64 = 64;
+
+/// Which jobs a listing shows.
+#[derive(Clone, Copy, Debug)]
+pub struct JobFilter {
+    /// Only jobs with smaller numbers.
+    pub below: i64,
+    /// Only jobs in this state.
+    pub state: Option<JobState>,
+    /// At most so many.
+    pub limit: u32,
+}
+
+impl Store {
+    /// One job.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn job(&self, id: JobId) -> Result<Option<JobRow>, StoreError> {
+        sqlx::query(concat!(
+            "SELECT ",
+            job_columns!(),
+            " FROM job WHERE id = $1"
+        ))
+        .bind(id.0)
+        .fetch_optional(&self.read)
+        .await
+        .attempt("read job")?
+        .map(|row| job_row(&row))
+        .transpose()
+    }
+
+    /// Only the job's revision; cheap enough to be asked often.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn job_rev(&self, id: JobId) -> Result<Option<i64>, StoreError> {
+        sqlx::query("SELECT rev FROM job WHERE id = $1")
+            .bind(id.0)
+            .fetch_optional(&self.read)
+            .await
+            .attempt("read revision")?
+            .map(|row| int(&row, "rev"))
+            .transpose()
+    }
+
+    /// Jobs, newest first.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn jobs(&self, filter: &JobFilter) -> Result<Vec<JobRow>, StoreError> {
+        let state = match filter.state {
+            None => -1,
+            Some(JobState::Queued) => 0,
+            Some(JobState::Running) => 1,
+            Some(JobState::Done) => 2,
+            Some(JobState::Cancelled) => 3,
+            Some(JobState::Failed) => 4,
+        };
+        // The same derivation as farm::state, for filtering.
+        sqlx::query(concat!(
+            "SELECT ",
+            job_columns!(),
+            " FROM job WHERE id < $1 AND ($2 = -1 OR $2 = CASE WHEN ended = 1 THEN 3 \
+             WHEN ended >= 2 THEN 4 WHEN frames_done = frames THEN 2 \
+             WHEN units_done > 0 THEN 1 \
+             WHEN EXISTS (SELECT 1 FROM unit u WHERE u.job = job.id AND u.state = 1) THEN 1 \
+             ELSE 0 END) ORDER BY id DESC LIMIT $3"
+        ))
+        .bind(filter.below)
+        .bind(i64::from(state))
+        .bind(i64::from(filter.limit))
+        .fetch_all(&self.read)
+        .await
+        .attempt("list jobs")?
+        .iter()
+        .map(job_row)
+        .collect()
+    }
+
+    /// Jobs that have not ended, in the order of service.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn live_jobs(&self) -> Result<Vec<LiveJob>, StoreError> {
+        sqlx::query(
+            "SELECT id, priority, frames * tiles * blocks AS units_total, units_done, \
+             samples_total, (SELECT count(*) FROM unit WHERE unit.job = job.id \
+             AND unit.state = 1) AS leased FROM job WHERE finished_ms IS NULL \
+             ORDER BY priority DESC, id LIMIT $1",
+        )
+        .bind(LIVE_JOBS_MAX)
+        .fetch_all(&self.read)
+        .await
+        .attempt("read live jobs")?
+        .iter()
+        .map(|row| {
+            Ok(LiveJob {
+                id: JobId(int(row, "id")?),
+                priority: i32::try_from(int(row, "priority")?).unwrap_or(0),
+                units_total: count(row, "units_total")?,
+                units_done: count(row, "units_done")?,
+                units_leased: count(row, "leased")?,
+                samples_total: count(row, "samples_total")?,
+            })
+        })
+        .collect()
+    }
+
+    /// Stop a job for its user; false when it had ended or does not exist.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn cancel(&self, id: JobId, now_ms: i64) -> Result<bool, StoreError> {
+        self.end(id, 1, None, now_ms).await
+    }
+
+    /// Stop a job that cannot be rendered; false when it had ended.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn fail_job(
+        &self,
+        id: JobId,
+        kind: Option<FailureKind>,
+        reason: &str,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        self.end(id, failure_code(kind), Some(reason), now_ms).await
+    }
+
+    async fn end(
+        &self,
+        id: JobId,
+        ended: i64,
+        failure: Option<&str>,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        let mut tx = self.begin().await?;
+        let ended = sqlx::query(
+            "UPDATE job SET ended = $2, failure = $3, finished_ms = $4, rev = rev + 1 \
+             WHERE id = $1 AND finished_ms IS NULL",
+        )
+        .bind(id.0)
+        .bind(ended)
+        .bind(failure.map(str::to_owned))
+        .bind(now_ms)
+        .execute(&mut *tx)
+        .await
+        .attempt("end job")?
+        .rows_affected();
+        sqlx::query("UPDATE lease SET closed = 1 WHERE job = $1 AND closed = 0")
+            .bind(id.0)
+            .execute(&mut *tx)
+            .await
+            .attempt("close leases")?;
+        if ended == 0 {
+            return Ok(false);
+        }
+        tx.commit().await.attempt("commit end of job")?;
+        Ok(true)
+    }
+
+    /// Forget a job; false when there is none. Its objects belong to nobody
+    /// afterwards.
+    ///
+    /// # Errors
+    /// The database failed; the job is as before.
+    pub async fn delete_job(&self, id: JobId) -> Result<bool, StoreError> {
+        let mut tx = self.begin().await?;
+        let gone = sqlx::query("DELETE FROM job WHERE id = $1")
+            .bind(id.0)
+            .execute(&mut *tx)
+            .await
+            .attempt("delete job")?
+            .rows_affected();
+        for statement in [
+            "DELETE FROM part WHERE job = $1",
+            "DELETE FROM tilefold WHERE job = $1",
+            "DELETE FROM unit WHERE job = $1",
+            "DELETE FROM frame WHERE job = $1",
+            "DELETE FROM lease WHERE job = $1",
+            "DELETE FROM failure WHERE job = $1",
+            "DELETE FROM idem WHERE job = $1",
+        ] {
+            sqlx::query(statement)
+                .bind(id.0)
+                .execute(&mut *tx)
+                .await
+                .attempt("delete job")?;
+        }
+        tx.commit().await.attempt("commit deletion")?;
+        Ok(gone == 1)
+    }
+
+    /// Film hashes of finished frames, with their numbers.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn film_hashes(&self, id: JobId) -> Result<Vec<(u32, ContentHash)>, StoreError> {
+        sqlx::query(
+            "SELECT frame, film_hash FROM frame WHERE job = $1 AND film_hash IS NOT NULL \
+             ORDER BY frame",
+        )
+        .bind(id.0)
+        .fetch_all(&self.read)
+        .await
+        .attempt("read film hashes")?
+        .iter()
+        .map(|row| Ok((small(row, "frame")?, hash(row, "film_hash")?)))
+        .collect()
+    }
+}

@@ -1,0 +1,32 @@
+//! The store: every transition is one SQL statement or one short transaction.
+//!
+//! SQL is the only truth. The statements are BIGINT and TEXT only and run on
+//! SQLite and PostgreSQL alike; the engine follows from the URL. SQLite writes
+//! through a pool of one connection (more of them only wait for each other,
+//! with worse tails) and reads through another. Pixel data are objects
+//! ([`crate::objects`]), written before the row that names them.
+
+mod assets;
+mod claim;
+mod commit;
+mod error;
+mod fail;
+mod folds;
+mod jobs;
+mod leases;
+mod open;
+mod rows;
+mod submit;
+mod sweep;
+mod workers;
+
+pub use claim::{Claimed, ReadyQuery};
+pub use commit::{CommitOutcome, PartRecord};
+pub use error::StoreError;
+pub use folds::{FoldInput, FoldTask, FrameTile, TileState};
+pub use jobs::JobFilter;
+pub use leases::LeaseRow;
+pub use open::{Engine, Store};
+pub use rows::{Ended, JobRow};
+pub use submit::{NewJob, Submitted};
+pub use workers::WorkerRow;

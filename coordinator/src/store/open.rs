@@ -1,0 +1,148 @@
+//! Opening: pools, pragmas, migrations.
+
+use super::error::{Attempt, StoreError};
+use sqlx::any::AnyPoolOptions;
+use sqlx::migrate::{Migration, MigrationType, Migrator};
+use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
+use std::time::Duration;
+
+/// Reading connections of one process: progress, listings and pictures read
+/// at once; more would only queue on two cores.
+const READ_CONNECTIONS: u32 = 4;
+/// Tries at migrating: SQLite takes no lock, so processes that start at once
+/// may trip over each other (measured: two tries were always enough).
+const MIGRATION_TRIES: u32 = 5;
+/// Pause between two of them.
+const MIGRATION_PAUSE: Duration = Duration::from_millis(50);
+/// Wait for a connection: longer than any transaction of ours.
+const ACQUIRE_TIMEOUT: Duration = Duration::from_secs(30);
+
+/// Which database speaks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Engine {
+    /// A file beside the objects; one machine, any number of processes.
+    Sqlite,
+    /// A server; any number of machines.
+    Postgres,
+}
+
+/// The open store. Cheap to clone.
+#[derive(Clone, Debug)]
+pub struct Store {
+    pub(super) engine: Engine,
+    pub(super) read: AnyPool,
+    pub(super) write: AnyPool,
+}
+
+impl Store {
+    /// Open (and create or migrate) the database at `url`
+    /// (`sqlite:///path/farm.db?mode=rwc`).
+    ///
+    /// # Errors
+    /// No such engine, no connection, or tables of a later version.
+    pub async fn open(url: &str) -> Result<Self, StoreError> {
+        sqlx::any::install_default_drivers();
+        let engine = if url.starts_with("sqlite:") {
+            Engine::Sqlite
+        } else if url.starts_with("postgres:") || url.starts_with("postgresql:") {
+            Engine::Postgres
+        } else {
+            return Err(StoreError::Engine(url.chars().take(80).collect()));
+        };
+        let writers = match engine {
+            Engine::Sqlite => 1,
+            Engine::Postgres => READ_CONNECTIONS,
+        };
+        let write = pool(engine, url, writers).await?;
+        let store = Self {
+            engine,
+            read: pool(engine, url, READ_CONNECTIONS).await?,
+            write,
+        };
+        store.migrate().await?;
+        Ok(store)
+    }
+
+    /// The engine behind it.
+    #[must_use]
+    pub const fn engine(&self) -> Engine {
+        self.engine
+    }
+
+    /// Whether the database answers.
+    ///
+    /// # Errors
+    /// It does not.
+    pub async fn ping(&self) -> Result<(), StoreError> {
+        sqlx::query("SELECT CAST(1 AS BIGINT)")
+            .fetch_one(&self.read)
+            .await
+            .attempt("ping")?;
+        Ok(())
+    }
+
+    /// Close every connection; waits for running statements.
+    pub async fn close(&self) {
+        self.read.close().await;
+        self.write.close().await;
+    }
+
+    /// Begin a transaction that will write: SQLite must take its lock at once,
+    /// since a reader that becomes a writer fails instead of waiting.
+    pub(super) async fn begin(&self) -> Result<Transaction<'static, Any>, StoreError> {
+        let begin = match self.engine {
+            Engine::Sqlite => "BEGIN IMMEDIATE",
+            Engine::Postgres => "BEGIN",
+        };
+        self.write.begin_with(begin).await.attempt("begin")
+    }
+
+    async fn migrate(&self) -> Result<(), StoreError> {
+        let mut tried = 0;
+        loop {
+            tried += 1;
+            match migrator().run(&self.write).await {
+                Ok(()) => return Ok(()),
+                Err(error) if tried == MIGRATION_TRIES => return Err(error.into()),
+                Err(error) => {
+                    tracing::debug!(%error, tried, "migration collided, trying again");
+                    tokio::time::sleep(MIGRATION_PAUSE).await;
+                }
+            }
+        }
+    }
+}
+
+fn migrator() -> Migrator {
+    Migrator::with_migrations(vec![Migration::new(
+        1,
+        "init".into(),
+        MigrationType::Simple,
+        include_str!("../../migrations/0001_init.sql").into_sql_str(),
+        false,
+    )])
+}
+
+async fn pool(engine: Engine, url: &str, connections: u32) -> Result<AnyPool, StoreError> {
+    AnyPoolOptions::new()
+        .max_connections(connections)
+        .acquire_timeout(ACQUIRE_TIMEOUT)
+        .after_connect(move |connection, _| {
+            Box::pin(async move {
+                if engine == Engine::Sqlite {
+                    for pragma in [
+                        "PRAGMA busy_timeout=20000",
+                        "PRAGMA journal_mode=WAL",
+                        "PRAGMA synchronous=FULL",
+                        "PRAGMA foreign_keys=ON",
+                    ] {
+                        connection.execute(pragma).await?;
+                    }
+                }
+                Ok(())
+            })
+        })
+        .connect(url)
+        .await
+        .attempt("open")
+}

@@ -1,0 +1,189 @@
+//! Rows as Rust values.
+
+use super::error::{Attempt, StoreError, corrupt};
+use shearwater_shared::api::FailureKind;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::{JobId, Manifest, RenderSettings};
+use shearwater_shared::plan::{Plan, Run};
+use shearwater_shared::scene::Post;
+use sqlx::Row;
+use sqlx::any::AnyRow;
+
+/// How a job ended, where nobody could derive it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It has not been stopped.
+    No,
+    /// By a user.
+    Cancelled,
+    /// With this reason; whose fault it was, if anybody knows.
+    Failed(String, Option<FailureKind>),
+}
+
+/// A job as stored, with the number of its leased units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JobRow {
+    /// Number.
+    pub id: JobId,
+    /// Name for people.
+    pub name: String,
+    /// Scene and files.
+    pub manifest: Manifest,
+    /// What is rendered.
+    pub settings: RenderSettings,
+    /// The scene's way from radiance to a picture.
+    pub post: Post,
+    /// Higher is served first.
+    pub priority: i32,
+    /// Frames whose film is final.
+    pub frames_done: u64,
+    /// Units counted.
+    pub units_done: u64,
+    /// Units leased now.
+    pub units_leased: u64,
+    /// Samples of the whole job, over all pixels and frames.
+    pub samples_total: u64,
+    /// Samples counted.
+    pub samples_done: u64,
+    /// Microseconds of cores spent on counted runs.
+    pub core_us: u64,
+    /// Bad samples of counted runs.
+    pub bad_samples: u64,
+    /// Paths of counted runs that met the cap on depth.
+    pub depth_cap_hits: u64,
+    /// Results that came again with other bits.
+    pub unequal_results: u64,
+    /// How it was stopped.
+    pub ended: Ended,
+    /// When it was submitted.
+    pub submitted_ms: i64,
+    /// When its first lease went out.
+    pub first_lease_ms: Option<i64>,
+    /// When its last result was counted.
+    pub last_result_ms: Option<i64>,
+    /// When it was done, cancelled or failed.
+    pub finished_ms: Option<i64>,
+    /// Counts up with every change.
+    pub rev: i64,
+}
+
+impl JobRow {
+    /// The job's plan.
+    #[must_use]
+    pub fn plan(&self) -> Plan {
+        Plan::new(&self.settings)
+    }
+
+    /// Units of all frames.
+    #[must_use]
+    pub fn units_total(&self) -> u64 {
+        self.plan().units_per_frame() * u64::from(self.settings.frames)
+    }
+}
+
+/// The columns of [`job_row`].
+macro_rules! job_columns {
+    () => {
+        "id, name, manifest, settings, post, priority, frames_done, units_done, samples_total, \
+         samples_done, core_us, bad_samples, depth_cap_hits, unequal_results, ended, failure, \
+         submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, \
+         (SELECT count(*) FROM unit WHERE unit.job = job.id AND unit.state = 1) AS leased"
+    };
+}
+pub(super) use job_columns;
+
+pub(super) fn int(row: &AnyRow, column: &'static str) -> Result<i64, StoreError> {
+    row.try_get(column).attempt(column)
+}
+
+pub(super) fn count(row: &AnyRow, column: &'static str) -> Result<u64, StoreError> {
+    u64::try_from(int(row, column)?).map_err(|e| corrupt(column, e))
+}
+
+pub(super) fn small(row: &AnyRow, column: &'static str) -> Result<u32, StoreError> {
+    u32::try_from(int(row, column)?).map_err(|e| corrupt(column, e))
+}
+
+pub(super) fn text(row: &AnyRow, column: &'static str) -> Result<String, StoreError> {
+    row.try_get(column).attempt(column)
+}
+
+pub(super) fn optional_text(
+    row: &AnyRow,
+    column: &'static str,
+) -> Result<Option<String>, StoreError> {
+    row.try_get(column).attempt(column)
+}
+
+pub(super) fn hash(row: &AnyRow, column: &'static str) -> Result<ContentHash, StoreError> {
+    text(row, column)?.parse().map_err(|e| corrupt(column, e))
+}
+
+/// A count as SQL has it; counts of ours stay far below 2^63.
+pub(super) fn big(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
+}
+
+pub(super) fn json<T: serde::de::DeserializeOwned>(
+    row: &AnyRow,
+    column: &'static str,
+) -> Result<T, StoreError> {
+    serde_json::from_str(&text(row, column)?).map_err(|e| corrupt(column, e))
+}
+
+/// The number of a failure in the column `ended`.
+pub(super) const fn failure_code(kind: Option<FailureKind>) -> i64 {
+    match kind {
+        None => 2,
+        Some(FailureKind::Scene) => 3,
+        Some(FailureKind::Worker) => 4,
+    }
+}
+
+const fn failure_kind(code: i64) -> Option<FailureKind> {
+    match code {
+        3 => Some(FailureKind::Scene),
+        4 => Some(FailureKind::Worker),
+        _ => None,
+    }
+}
+
+/// Runs as the lease row keeps them.
+pub(super) fn runs_text(runs: &[Run]) -> Result<String, StoreError> {
+    serde_json::to_string(runs).map_err(|e| corrupt("runs", e))
+}
+
+pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
+    let ended = match int(row, "ended")? {
+        0 => Ended::No,
+        1 => Ended::Cancelled,
+        code => Ended::Failed(
+            optional_text(row, "failure")?.unwrap_or_default(),
+            failure_kind(code),
+        ),
+    };
+    let time = |column: &'static str| row.try_get::<Option<i64>, _>(column).attempt(column);
+    Ok(JobRow {
+        id: JobId(int(row, "id")?),
+        name: text(row, "name")?,
+        manifest: json(row, "manifest")?,
+        settings: json(row, "settings")?,
+        post: json(row, "post")?,
+        priority: i32::try_from(int(row, "priority")?).map_err(|e| corrupt("priority", e))?,
+        frames_done: count(row, "frames_done")?,
+        units_done: count(row, "units_done")?,
+        units_leased: count(row, "leased")?,
+        samples_total: count(row, "samples_total")?,
+        samples_done: count(row, "samples_done")?,
+        core_us: count(row, "core_us")?,
+        bad_samples: count(row, "bad_samples")?,
+        depth_cap_hits: count(row, "depth_cap_hits")?,
+        unequal_results: count(row, "unequal_results")?,
+        ended,
+        submitted_ms: int(row, "submitted_ms")?,
+        first_lease_ms: time("first_lease_ms")?,
+        last_result_ms: time("last_result_ms")?,
+        finished_ms: time("finished_ms")?,
+        rev: int(row, "rev")?,
+    })
+}

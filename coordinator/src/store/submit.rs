@@ -1,0 +1,126 @@
+//! A job enters the store.
+
+use super::error::{Attempt, StoreError, corrupt};
+use super::open::Store;
+use super::rows::{big, hash, int};
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::{JobId, Manifest, RenderSettings};
+use shearwater_shared::plan::Plan;
+use shearwater_shared::scene::Post;
+use sqlx::{Any, Transaction};
+
+/// A checked job, ready to be stored.
+#[derive(Clone, Debug)]
+pub struct NewJob {
+    /// Name for people.
+    pub name: String,
+    /// Scene and files; all of them are stored already.
+    pub manifest: Manifest,
+    /// What is rendered.
+    pub settings: RenderSettings,
+    /// The scene's way from radiance to a picture.
+    pub post: Post,
+    /// Higher is served first.
+    pub priority: i32,
+    /// The client's idempotency key, and the hash of the body it came with.
+    pub idempotency: Option<(String, ContentHash)>,
+}
+
+/// What became of a submission.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Submitted {
+    /// A new job.
+    New(JobId),
+    /// The job that an equal submission with this key made before.
+    Same(JobId),
+    /// The key was used with another body.
+    OtherBody(JobId),
+}
+
+impl Store {
+    /// Store a job. Its units follow frame by frame, when they are claimed.
+    ///
+    /// # Errors
+    /// The database failed; no job was made.
+    pub async fn submit(&self, new: &NewJob, now_ms: i64) -> Result<Submitted, StoreError> {
+        let mut tx = self.begin().await?;
+        // The counter's row is locked first: two submissions with one key
+        // stand in line here, on both engines.
+        let id = next_id(&mut tx, "job").await?;
+        if let Some((key, body)) = &new.idempotency {
+            let known = sqlx::query("SELECT body_hash, job FROM idem WHERE key = $1")
+                .bind(key)
+                .fetch_optional(&mut *tx)
+                .await
+                .attempt("read idempotency key")?;
+            if let Some(row) = known {
+                let job = JobId(int(&row, "job")?);
+                return Ok(if hash(&row, "body_hash")? == *body {
+                    Submitted::Same(job)
+                } else {
+                    Submitted::OtherBody(job)
+                });
+            }
+            sqlx::query(
+                "INSERT INTO idem (key, body_hash, job, created_ms) VALUES ($1, $2, $3, $4)",
+            )
+            .bind(key)
+            .bind(body.to_string())
+            .bind(id)
+            .bind(now_ms)
+            .execute(&mut *tx)
+            .await
+            .attempt("store idempotency key")?;
+        }
+        insert_job(&mut tx, id, new, now_ms).await?;
+        tx.commit().await.attempt("commit submission")?;
+        Ok(Submitted::New(JobId(id)))
+    }
+}
+
+async fn insert_job(
+    tx: &mut Transaction<'static, Any>,
+    id: i64,
+    new: &NewJob,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let plan = Plan::new(&new.settings);
+    let frames = u64::from(new.settings.frames);
+    let pixels = u64::from(new.settings.width) * u64::from(new.settings.height);
+    let samples_total = pixels * 2 * u64::from(plan.samples_per_half()) * frames;
+    let text = |what, value: Result<String, serde_json::Error>| value.map_err(|e| corrupt(what, e));
+    sqlx::query(
+        "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
+         tiles, blocks, samples_total, submitted_ms) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+    )
+    .bind(id)
+    .bind(&new.name)
+    .bind(text("manifest", serde_json::to_string(&new.manifest))?)
+    .bind(new.manifest.scene.to_string())
+    .bind(text("settings", serde_json::to_string(&new.settings))?)
+    .bind(text("post", serde_json::to_string(&new.post))?)
+    .bind(i64::from(new.priority))
+    .bind(big(frames))
+    .bind(i64::from(plan.tiles()))
+    .bind(i64::from(plan.blocks()))
+    .bind(big(samples_total))
+    .bind(now_ms)
+    .execute(&mut **tx)
+    .await
+    .attempt("insert job")?;
+    Ok(())
+}
+
+/// The next number of `name`, unique for ever.
+pub(super) async fn next_id(
+    tx: &mut Transaction<'static, Any>,
+    name: &'static str,
+) -> Result<i64, StoreError> {
+    let row = sqlx::query("UPDATE counter SET value = value + 1 WHERE name = $1 RETURNING value")
+        .bind(name)
+        .fetch_one(&mut **tx)
+        .await
+        .attempt("count up")?;
+    int(&row, "value")
+}

@@ -1,0 +1,49 @@
+//! What nobody needs any more.
+
+use super::error::{Attempt, StoreError};
+use super::open::Store;
+
+/// How long an idempotency key is remembered: a day, the custom.
+const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;
+/// How long ended leases and silent workers are remembered: a day.
+const HISTORY_MS: i64 = 24 * 3600 * 1000;
+
+impl Store {
+    /// Whether any row names this object.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn names_object(&self, object: &str) -> Result<bool, StoreError> {
+        let row = sqlx::query(
+            "SELECT object FROM part WHERE object = $1 UNION ALL \
+             SELECT object FROM tilefold WHERE object = $1 LIMIT 1",
+        )
+        .bind(object)
+        .fetch_optional(&self.read)
+        .await
+        .attempt("look for object")?;
+        Ok(row.is_some())
+    }
+
+    /// Forget old idempotency keys, ended leases and silent workers.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn purge(&self, now_ms: i64) -> Result<(), StoreError> {
+        for (statement, age_ms) in [
+            ("DELETE FROM idem WHERE created_ms < $1", IDEMPOTENCY_MS),
+            (
+                "DELETE FROM lease WHERE closed = 1 AND until_ms < $1",
+                HISTORY_MS,
+            ),
+            ("DELETE FROM worker WHERE seen_ms < $1", HISTORY_MS),
+        ] {
+            sqlx::query(statement)
+                .bind(now_ms.saturating_sub(age_ms))
+                .execute(&self.write)
+                .await
+                .attempt("purge")?;
+        }
+        Ok(())
+    }
+}

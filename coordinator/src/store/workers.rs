@@ -1,0 +1,109 @@
+//! Workers, as they last said they were.
+
+use super::error::{Attempt, StoreError};
+use super::open::Store;
+use super::rows::{big, count, int, small, text};
+use std::collections::BTreeMap;
+
+/// Workers shown or considered at once; the most lately seen ones.
+const WORKERS_MAX: i64 = 4096;
+
+/// A worker.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WorkerRow {
+    /// Random, per process.
+    pub instance: String,
+    /// Name for people.
+    pub name: String,
+    /// Threads that render.
+    pub threads: u32,
+    /// Thousandths of samples per second; 0 when not known.
+    pub milli_samples_per_s: u64,
+    /// When it was last heard of.
+    pub seen_ms: i64,
+    /// Gets nothing before this time.
+    pub quarantined_until_ms: i64,
+}
+
+impl Store {
+    /// Note that a worker asked for work.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn worker_asked(&self, worker: &WorkerRow) -> Result<(), StoreError> {
+        sqlx::query(
+            "INSERT INTO worker (instance, name, threads, milli_samples_per_s, seen_ms) \
+             VALUES ($1, $2, $3, $4, $5) ON CONFLICT (instance) DO UPDATE SET name = $2, \
+             threads = $3, milli_samples_per_s = $4, seen_ms = $5",
+        )
+        .bind(&worker.instance)
+        .bind(&worker.name)
+        .bind(i64::from(worker.threads))
+        .bind(big(worker.milli_samples_per_s))
+        .bind(worker.seen_ms)
+        .execute(&self.write)
+        .await
+        .attempt("note worker")?;
+        Ok(())
+    }
+
+    /// Note that a worker was heard of.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn worker_seen(&self, instance: &str, now_ms: i64) -> Result<(), StoreError> {
+        sqlx::query("UPDATE worker SET seen_ms = $2 WHERE instance = $1 AND seen_ms < $2")
+            .bind(instance)
+            .bind(now_ms)
+            .execute(&self.write)
+            .await
+            .attempt("note worker")?;
+        Ok(())
+    }
+
+    /// Workers heard of since `since_ms`, by name.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn workers(&self, since_ms: i64) -> Result<Vec<WorkerRow>, StoreError> {
+        sqlx::query(
+            "SELECT instance, name, threads, milli_samples_per_s, seen_ms, quarantined_until_ms \
+             FROM worker WHERE seen_ms >= $1 ORDER BY name, instance LIMIT $2",
+        )
+        .bind(since_ms)
+        .bind(WORKERS_MAX)
+        .fetch_all(&self.read)
+        .await
+        .attempt("read workers")?
+        .iter()
+        .map(|row| {
+            Ok(WorkerRow {
+                instance: text(row, "instance")?,
+                name: text(row, "name")?,
+                threads: small(row, "threads")?,
+                milli_samples_per_s: count(row, "milli_samples_per_s")?,
+                seen_ms: int(row, "seen_ms")?,
+                quarantined_until_ms: int(row, "quarantined_until_ms")?,
+            })
+        })
+        .collect()
+    }
+
+    /// Tiles of live jobs of which a worker holds units, by worker.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn runs_held(&self) -> Result<BTreeMap<String, u64>, StoreError> {
+        sqlx::query(
+            "SELECT worker, count(*) AS held FROM (SELECT DISTINCT l.worker AS worker, u.job, \
+             u.frame, u.tile FROM unit u JOIN lease l ON l.id = u.lease WHERE u.state = 1 \
+             AND u.job IN (SELECT id FROM job WHERE finished_ms IS NULL)) held GROUP BY worker",
+        )
+        .fetch_all(&self.read)
+        .await
+        .attempt("read held runs")?
+        .iter()
+        .map(|row| Ok((text(row, "worker")?, count(row, "held")?)))
+        .collect()
+    }
+}

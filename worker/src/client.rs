@@ -1,0 +1,205 @@
+//! The worker protocol over HTTP, one call at a time; no retries here.
+
+use crate::error::WorkerError;
+use reqwest::{Response, StatusCode, Url, header};
+use serde::{Serialize, de::DeserializeOwned};
+use shearwater_shared::api::{
+    FailureReport, HeartbeatRequest, HeartbeatResponse, Lease, LeaseRequest, Problem,
+    ReleaseRequest, ResultResponse,
+};
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::{routes, wire};
+use std::time::Duration;
+
+/// A coordinator on the same continent connects far sooner.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// Small JSON calls.
+const CALL_TIMEOUT: Duration = Duration::from_secs(15);
+/// A part of half a megabyte over a slow line, and a durable write.
+const RESULT_TIMEOUT: Duration = Duration::from_secs(60);
+/// Between two pieces of an asset; its whole length may take hours.
+const CHUNK_TIMEOUT: Duration = Duration::from_secs(30);
+/// Every kind of problem of ours begins with this.
+const OUR_PROBLEMS: &str = "urn:shearwater:";
+/// Largest text of an error that is worth reading.
+const PROBLEM_BYTES_MAX: usize = 64 << 10;
+/// Largest answer in JSON: a lease with a manifest of the largest size.
+const ANSWER_BYTES_MAX: usize = shearwater_shared::limits::SUBMIT_BODY_BYTES_MAX + (1 << 20);
+
+/// Why a call brought no answer.
+#[derive(Debug)]
+pub(crate) enum CallError {
+    /// Nobody there, overloaded, or not our coordinator: try again later.
+    Unavailable(String),
+    /// The coordinator said no.
+    Refused(Problem),
+}
+
+/// A connection to one coordinator.
+#[derive(Clone, Debug)]
+pub(crate) struct Client {
+    http: reqwest::Client,
+    base: Url,
+}
+
+impl Client {
+    /// Check the address; nothing is sent yet.
+    pub(crate) fn new(url: &str) -> Result<Self, WorkerError> {
+        let error = |message: String| WorkerError::Url {
+            url: url.to_owned(),
+            message,
+        };
+        let base = Url::parse(url).map_err(|e| error(e.to_string()))?;
+        if base.scheme() != "http" || base.host_str().is_none() {
+            return Err(error("expected http://host:port".into()));
+        }
+        let mut builder = reqwest::Client::builder()
+            .connect_timeout(CONNECT_TIMEOUT)
+            .user_agent(concat!("shearwater-worker/", env!("CARGO_PKG_VERSION")));
+        if matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost")) {
+            builder = builder.no_proxy();
+        }
+        let http = builder.build().map_err(|e| error(e.to_string()))?;
+        Ok(Self { http, base })
+    }
+
+    fn url(&self, path: &str) -> Result<Url, CallError> {
+        self.base
+            .join(path)
+            .map_err(|e| CallError::Unavailable(e.to_string()))
+    }
+
+    async fn post_json(
+        &self,
+        path: &str,
+        body: &impl Serialize,
+        timeout: Duration,
+    ) -> Result<Response, CallError> {
+        let request = self.http.post(self.url(path)?).json(body).timeout(timeout);
+        accepted(request.send().await).await
+    }
+
+    /// Ask for work; `None` when there is none within the request's wait.
+    pub(crate) async fn lease(&self, request: &LeaseRequest) -> Result<Option<Lease>, CallError> {
+        let timeout = Duration::from_millis(request.wait_ms) + CALL_TIMEOUT;
+        let response = self
+            .post_json(routes::WORKER_LEASES, request, timeout)
+            .await?;
+        if response.status() == StatusCode::NO_CONTENT {
+            return Ok(None);
+        }
+        json(response).await.map(Some)
+    }
+
+    /// Deliver the message of one part.
+    pub(crate) async fn result(&self, body: Vec<u8>) -> Result<ResultResponse, CallError> {
+        let request = self
+            .http
+            .post(self.url(routes::WORKER_RESULTS)?)
+            .header(header::CONTENT_TYPE, wire::CONTENT_TYPE)
+            .body(body)
+            .timeout(RESULT_TIMEOUT);
+        json(accepted(request.send().await).await?).await
+    }
+
+    /// Keep leases alive.
+    pub(crate) async fn heartbeat(
+        &self,
+        request: &HeartbeatRequest,
+    ) -> Result<HeartbeatResponse, CallError> {
+        let response = self.post_json(routes::WORKER_HEARTBEAT, request, CALL_TIMEOUT);
+        json(response.await?).await
+    }
+
+    /// Say that a run cannot be rendered.
+    pub(crate) async fn failure(&self, report: &FailureReport) -> Result<(), CallError> {
+        let response = self.post_json(routes::WORKER_FAILURES, report, CALL_TIMEOUT);
+        response.await.map(drop)
+    }
+
+    /// Hand leases back.
+    pub(crate) async fn release(&self, request: &ReleaseRequest) -> Result<(), CallError> {
+        let response = self.post_json(routes::WORKER_RELEASE, request, CALL_TIMEOUT);
+        response.await.map(drop)
+    }
+
+    /// The bytes of one asset, at most `bytes_max` of them, unverified.
+    pub(crate) async fn asset(
+        &self,
+        hash: &ContentHash,
+        bytes_max: u64,
+    ) -> Result<Vec<u8>, CallError> {
+        let path = routes::fill(routes::ASSET, &hash.to_string());
+        let send = self.http.get(self.url(&path)?).send();
+        let answer = tokio::time::timeout(CHUNK_TIMEOUT, send)
+            .await
+            .map_err(|_| CallError::Unavailable(format!("asset {hash}: no answer")))?;
+        read_bounded(accepted(answer).await?, bytes_max).await
+    }
+}
+
+/// The answer, if it is one of success.
+async fn accepted(answer: Result<Response, reqwest::Error>) -> Result<Response, CallError> {
+    let response = answer.map_err(|e| CallError::Unavailable(causes(&e)))?;
+    let status = response.status();
+    if status.is_success() {
+        return Ok(response);
+    }
+    let body = read_bounded(response, PROBLEM_BYTES_MAX as u64)
+        .await
+        .unwrap_or_default();
+    let later = status.is_server_error()
+        || matches!(
+            status,
+            StatusCode::REQUEST_TIMEOUT | StatusCode::TOO_EARLY | StatusCode::TOO_MANY_REQUESTS
+        );
+    match serde_json::from_slice::<Problem>(&body) {
+        Ok(problem) if !later && problem.kind.starts_with(OUR_PROBLEMS) => {
+            Err(CallError::Refused(problem))
+        }
+        Ok(problem) => Err(CallError::Unavailable(format!(
+            "{status}: {}",
+            problem.detail
+        ))),
+        // Some proxy or another server: the coordinator itself speaks problem+json.
+        Err(_) => Err(CallError::Unavailable(format!("status {status}"))),
+    }
+}
+
+async fn read_bounded(mut response: Response, bytes_max: u64) -> Result<Vec<u8>, CallError> {
+    let mut bytes = Vec::new();
+    loop {
+        let chunk = tokio::time::timeout(CHUNK_TIMEOUT, response.chunk())
+            .await
+            .map_err(|_| CallError::Unavailable("the answer stalls".into()))?
+            .map_err(|e| CallError::Unavailable(causes(&e)))?;
+        let Some(chunk) = chunk else {
+            return Ok(bytes);
+        };
+        if bytes.len() as u64 + chunk.len() as u64 > bytes_max {
+            return Err(CallError::Unavailable(format!(
+                "the answer is longer than {bytes_max} bytes"
+            )));
+        }
+        bytes.extend_from_slice(&chunk);
+    }
+}
+
+async fn json<T: DeserializeOwned>(response: Response) -> Result<T, CallError> {
+    let bytes = read_bounded(response, ANSWER_BYTES_MAX as u64).await?;
+    serde_json::from_slice(&bytes)
+        .map_err(|e| CallError::Unavailable(format!("answer is not the expected JSON: {e}")))
+}
+
+/// An error with its causes: the outermost text alone says only "error sending
+/// request".
+fn causes(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text.push_str(": ");
+        text.push_str(&cause.to_string());
+        source = cause.source();
+    }
+    text
+}

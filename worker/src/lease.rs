@@ -1,0 +1,128 @@
+//! The lease loop: ask for work, prepare its scene, feed the threads.
+
+use crate::client::Client;
+use crate::error::WorkerError;
+use crate::held::HeldLease;
+use crate::phase::Phase;
+use crate::render::{Queue, Task};
+use crate::retry::{Ended, until_answered};
+use crate::scenes::{SceneFailure, Scenes};
+use crate::upload::Uplink;
+use shearwater_shared::api::{FailureKind, Lease, LeaseRequest};
+use shearwater_shared::plan::{Plan, Run};
+use shearwater_shared::{limits, wire};
+use shearwater_tracer::Scene;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What the lease loop needs.
+pub(crate) struct Leasing {
+    pub(crate) client: Client,
+    pub(crate) uplink: Uplink,
+    pub(crate) queue: Arc<Queue>,
+    pub(crate) scenes: Scenes,
+    pub(crate) threads: usize,
+}
+
+impl Leasing {
+    /// Work until the worker drains (`Ok`) or is refused.
+    ///
+    /// The next lease is asked for when no thread has more than one run left to
+    /// begin: early enough to hide the call, late enough not to hoard runs that
+    /// another worker could do.
+    pub(crate) async fn work(mut self) -> Result<(), WorkerError> {
+        loop {
+            self.queue.at_most(self.threads).await;
+            match self.ask().await {
+                Ok(Some(lease)) => {
+                    if !self.take(&lease).await {
+                        return Ok(());
+                    }
+                }
+                Ok(None) => {}
+                Err(Ended::Stopped) => return Ok(()),
+                Err(Ended::Refused(problem)) => {
+                    return Err(WorkerError::Refused {
+                        title: problem.title,
+                        detail: problem.detail,
+                    });
+                }
+            }
+        }
+    }
+
+    async fn ask(&self) -> Result<Option<Lease>, Ended> {
+        let ask = || async {
+            let request = LeaseRequest {
+                worker: self.uplink.worker.clone(),
+                protocol: wire::PROTOCOL_VERSION,
+                build: shearwater_tracer::BUILD.to_owned(),
+                threads: u32::try_from(self.threads).unwrap_or(u32::MAX),
+                samples_per_s: self.uplink.meter.samples_per_s(self.threads),
+                wait_ms: limits::LEASE_WAIT_MS_MAX,
+            };
+            self.client.lease(&request).await
+        };
+        until_answered(&self.uplink.phase, Phase::Draining, "lease", ask).await
+    }
+
+    /// Queue the runs of a lease; `false` when the worker drains.
+    async fn take(&mut self, lease: &Lease) -> bool {
+        if lease.runs.is_empty() {
+            return true;
+        }
+        let (id, job, runs) = (lease.id, lease.job, lease.runs.len());
+        tracing::debug!(id, job = job.0, runs, "lease");
+        let heartbeat = Duration::from_millis(lease.heartbeat_ms);
+        let held = Arc::new(HeldLease::new(id, job, heartbeat, runs));
+        self.uplink.held.insert(held.clone());
+        match self.queue_runs(lease, &held).await {
+            Ok(()) => true,
+            Err(SceneFailure::Stopped) => false,
+            Err(SceneFailure::Report(kind, reason)) => {
+                let report = self.uplink.report(&held, None, kind, reason);
+                let heard = self.uplink.send_failure(&report, Phase::Draining).await;
+                self.uplink.held.abandon(id);
+                heard
+            }
+        }
+    }
+
+    async fn queue_runs(
+        &mut self,
+        lease: &Lease,
+        held: &Arc<HeldLease>,
+    ) -> Result<(), SceneFailure> {
+        let wrong = |text: String| SceneFailure::Report(FailureKind::Worker, text);
+        lease
+            .settings
+            .validate()
+            .map_err(|e| wrong(e.to_string()))?;
+        let plan = Plan::new(&lease.settings);
+        let mut scene: Option<(u32, Arc<Scene>)> = None;
+        for run in &lease.runs {
+            if held.is_cancelled() {
+                return Ok(());
+            }
+            let ready = match scene.take() {
+                Some((frame, ready)) if frame == run.frame => ready,
+                _ => self.scenes.get(lease, run.frame).await?,
+            };
+            let task = task(&plan, run, held, &ready)
+                .ok_or_else(|| wrong(format!("{run:?} is not of the job's plan")))?;
+            scene = Some((run.frame, ready));
+            self.queue.push(task);
+        }
+        Ok(())
+    }
+}
+
+fn task(plan: &Plan, run: &Run, lease: &Arc<HeldLease>, scene: &Arc<Scene>) -> Option<Task> {
+    Some(Task {
+        lease: lease.clone(),
+        run: *run,
+        rect: plan.tile_rect(run.tile)?,
+        samples: plan.sample_range(run)?,
+        scene: scene.clone(),
+    })
+}

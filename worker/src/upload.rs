@@ -1,0 +1,131 @@
+//! Results on their way to the coordinator: kept until acknowledged.
+
+use crate::client::Client;
+use crate::held::{Held, HeldLease};
+use crate::phase::{Phase, PhaseRx};
+use crate::retry::{Ended, until_answered};
+use crate::speed::Meter;
+use shearwater_shared::api::{FailureKind, FailureReport, WorkerId};
+use shearwater_shared::plan::Run;
+use std::sync::Arc;
+use tokio::sync::mpsc;
+use tokio::task::JoinSet;
+
+/// Uploads under way at once: hides the coordinator's write and the line's
+/// round trip without opening many connections.
+const UPLOADS_MAX: usize = 4;
+/// Results that wait for an upload (half a megabyte each); beyond that, render
+/// threads wait.
+pub(crate) const RESULTS_WAITING_MAX: usize = 64;
+
+/// How a run ended on this worker.
+#[derive(Debug)]
+pub(crate) enum Outcome {
+    /// Rendered: the message to deliver.
+    Part(Vec<u8>),
+    /// Cannot be rendered here: the reason.
+    Failed(String),
+    /// Cancelled meanwhile; nothing to say.
+    Unwanted,
+}
+
+/// A run that left its render thread.
+#[derive(Debug)]
+pub(crate) struct Settled {
+    pub(crate) lease: Arc<HeldLease>,
+    pub(crate) run: Run,
+    pub(crate) outcome: Outcome,
+}
+
+/// What every upload needs.
+#[derive(Clone)]
+pub(crate) struct Uplink {
+    pub(crate) client: Client,
+    pub(crate) worker: WorkerId,
+    pub(crate) held: Arc<Held>,
+    pub(crate) meter: Arc<Meter>,
+    pub(crate) phase: PhaseRx,
+}
+
+/// Deliver everything that arrives; ends when all render threads have ended
+/// and everything is settled.
+pub(crate) async fn upload_all(uplink: Uplink, mut finished: mpsc::Receiver<Settled>) {
+    let mut uploads = JoinSet::new();
+    while let Some(settled) = finished.recv().await {
+        while uploads.len() >= UPLOADS_MAX {
+            uploads.join_next().await;
+        }
+        let uplink = uplink.clone();
+        uploads.spawn(async move { uplink.settle(settled).await });
+    }
+    while uploads.join_next().await.is_some() {}
+}
+
+impl Uplink {
+    async fn settle(&self, settled: Settled) {
+        let Settled {
+            lease,
+            run,
+            outcome,
+        } = settled;
+        let done = match outcome {
+            Outcome::Part(body) => self.deliver(&lease, &run, body).await,
+            Outcome::Failed(reason) => {
+                let report = self.report(&lease, Some(run), FailureKind::Worker, reason);
+                self.send_failure(&report, Phase::Stopped).await
+            }
+            Outcome::Unwanted => true,
+        };
+        // What is not settled stays held, to be released at the end.
+        if done {
+            self.held.settle_run(&lease);
+        }
+    }
+
+    async fn deliver(&self, lease: &HeldLease, run: &Run, body: Vec<u8>) -> bool {
+        let send = || self.client.result(body.clone());
+        match until_answered(&self.phase, Phase::Stopped, "result", send).await {
+            Ok(answer) => self.meter.count(|summary| {
+                summary.runs += 1;
+                summary.duplicates += u64::from(answer.duplicate);
+            }),
+            Err(Ended::Refused(problem)) => {
+                let (job, detail) = (lease.job.0, problem.detail);
+                tracing::warn!(job, ?run, detail, "result is not wanted");
+                self.meter.count(|summary| summary.refused += 1);
+            }
+            Err(Ended::Stopped) => return false,
+        }
+        true
+    }
+
+    /// A failure of `lease`, or of one run of it.
+    pub(crate) fn report(
+        &self,
+        lease: &HeldLease,
+        run: Option<Run>,
+        kind: FailureKind,
+        reason: String,
+    ) -> FailureReport {
+        FailureReport {
+            worker: self.worker.clone(),
+            job: lease.job,
+            lease: lease.id,
+            run,
+            kind,
+            reason,
+        }
+    }
+
+    /// Send it until it is heard or the worker reaches `end`.
+    pub(crate) async fn send_failure(&self, report: &FailureReport, end: Phase) -> bool {
+        let (job, reason) = (report.job.0, &report.reason);
+        tracing::error!(job, reason, "cannot render");
+        self.meter.count(|summary| summary.failures += 1);
+        let send = || self.client.failure(report);
+        !matches!(
+            until_answered(&self.phase, end, "failure report", send).await,
+            Err(Ended::Stopped)
+        )
+    }
+}

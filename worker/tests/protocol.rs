@@ -1,0 +1,234 @@
+//! A worker against a coordinator that is slow, wrong, rude or gone.
+
+mod fake;
+
+use fake::{Fake, Script, lease_of};
+use shearwater_shared::api::FailureKind;
+use shearwater_shared::film::TileSums;
+use shearwater_shared::plan::Run;
+use shearwater_worker::WorkerError;
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+const SKY: &str = r#"{
+  "version": 1, "name": "sky", "image": {"width": 128, "height": 64},
+  "camera": {"position_m": [0, 1, 4], "target_m": [0, 0, 0], "vertical_fov_deg": 40},
+  "sky": {"type": "constant", "radiance": [0.5, 0.7, 1.0]}
+}"#;
+
+/// So many samples that only a cancelled run ends within a test.
+const ENDLESS: u32 = 1 << 22;
+
+fn run(tile: u32, block: u32) -> Run {
+    Run {
+        frame: 0,
+        tile,
+        block0: block,
+        block1: block + 1,
+    }
+}
+
+fn four_runs() -> Vec<Run> {
+    vec![run(0, 0), run(1, 1), run(1, 0), run(0, 1)]
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_result_is_kept_until_it_is_acknowledged() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.result_errors = [503, 500, 429, 503].into();
+    let fake = Fake::start(script).await;
+    let working = fake.work(2);
+    fake.until("four parts", |s| s.parts.len() == 4).await;
+    let summary = working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let mut runs: Vec<_> = script.parts.iter().map(|part| part.run).collect();
+    runs.sort();
+    assert_eq!(runs, [run(0, 0), run(0, 1), run(1, 0), run(1, 1)]);
+    assert_eq!((script.tries, summary.runs, summary.refused), (8, 4, 0));
+    assert_eq!(summary.samples, 4 * 64 * 64 * 128);
+    assert!(script.parts.iter().all(|part| part.lease == 5));
+    assert!(script.released.is_empty() && script.failures.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_unwanted_result_is_dropped() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.result_errors = [410].into();
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("three parts", |s| s.parts.len() == 3).await;
+    let summary = working.stop().await.expect("worker");
+    assert_eq!((summary.runs, summary.refused), (3, 1));
+    assert_eq!(fake.script.lock().expect("script").tries, 4);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_refused_worker_says_why_and_ends() {
+    let fake = Fake::start(Script {
+        refuse: true,
+        ..Script::default()
+    })
+    .await;
+    let error = fake.work(1).end().await.expect_err("refused");
+    assert!(matches!(error, WorkerError::Refused { .. }), "{error}");
+    assert!(error.to_string().contains("because the test says so"));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_dropped_lease_stops_at_once() {
+    let mut script = Script::default();
+    lease_of(
+        &mut script,
+        5,
+        SKY,
+        ENDLESS,
+        vec![Run {
+            frame: 0,
+            tile: 0,
+            block0: 0,
+            block1: ENDLESS / 128,
+        }],
+    );
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a heartbeat", |s| {
+        s.heartbeats.iter().any(|beat| beat.leases == [5])
+    })
+    .await;
+    {
+        let mut script = fake.script.lock().expect("script");
+        script.drop = vec![5];
+        lease_of(&mut script, 6, SKY, 256, four_runs());
+    }
+    fake.until("the next lease's parts", |s| s.parts.len() == 4)
+        .await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert!(script.parts.iter().all(|part| part.lease == 6));
+    assert!(script.released.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_wrong_scene_is_reported_with_its_text() {
+    let mut script = Script::default();
+    let wrong = SKY.replace("\"radiance\"", "\"brightness\"");
+    lease_of(&mut script, 5, &wrong, 256, four_runs());
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a report", |s| !s.failures.is_empty()).await;
+    let summary = working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let report = &script.failures[0];
+    assert_eq!((report.kind, report.run), (FailureKind::Scene, None));
+    assert!(report.reason.contains("scene.json"), "{}", report.reason);
+    assert!(report.reason.contains("brightness"), "{}", report.reason);
+    assert_eq!((summary.failures, summary.runs), (1, 0));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_run_that_is_not_of_the_plan_is_reported() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, vec![run(7, 0)]);
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a report", |s| !s.failures.is_empty()).await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert_eq!(script.failures[0].kind, FailureKind::Worker);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_damaged_asset_is_fetched_again() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.damaged_first = 2;
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("four parts", |s| s.parts.len() == 4).await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert!(script.failures.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_leaving_worker_delivers_what_it_began_and_releases_the_rest() {
+    let mut script = Script::default();
+    let runs = (0..64).map(|block| run(0, block)).collect();
+    lease_of(&mut script, 5, SKY, 64 * 128, runs);
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a part", |s| !s.parts.is_empty()).await;
+    let summary = working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert_eq!(script.parts.len() as u64, summary.runs);
+    assert!(summary.runs < 64, "stopped in the middle");
+    assert_eq!(script.released, [5]);
+    assert!(script.failures.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn speed_is_measured_and_told() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a request after the work", |s| {
+        s.lease_requests
+            .last()
+            .is_some_and(|last| last.samples_per_s > 0.0)
+    })
+    .await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert_eq!(script.lease_requests[0].samples_per_s, 0.0);
+}
+
+async fn sums_with(threads: usize) -> BTreeMap<Run, TileSums> {
+    let mut script = Script::default();
+    let runs = (0..4).flat_map(|block| [run(0, block), run(1, block)]);
+    lease_of(&mut script, 5, SKY, 512, runs.collect());
+    let fake = Fake::start(script).await;
+    let working = fake.work(threads);
+    fake.until("eight parts", |s| s.parts.len() == 8).await;
+    working.stop().await.expect("worker");
+    let mut script = fake.script.lock().expect("script");
+    script
+        .parts
+        .drain(..)
+        .map(|part| (part.run, part.sums))
+        .collect()
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn threads_change_no_bit() {
+    let one = sums_with(1).await;
+    assert_eq!(one.len(), 8);
+    assert!(one == sums_with(3).await);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_coordinator_that_comes_later_is_found() {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("port");
+    let url = format!("http://{}", listener.local_addr().expect("address"));
+    drop(listener);
+    let config = shearwater_worker::Config::new(url, "test");
+    let wait = tokio::time::sleep(Duration::from_millis(600));
+    let summary = shearwater_worker::run(config, wait).await;
+    assert_eq!(summary.expect("still waiting").runs, 0);
+}
+
+#[tokio::test]
+async fn settings_out_of_range_are_named() {
+    let never = std::future::pending::<()>;
+    let mut config = shearwater_worker::Config::new("http://127.0.0.1:1", "test");
+    config.threads = 0;
+    let error = shearwater_worker::run(config, never()).await;
+    assert!(error.expect_err("threads").to_string().contains("threads"));
+    for url in ["", "farm:7788", "https://farm", "ftp://farm"] {
+        let config = shearwater_worker::Config::new(url, "test");
+        let error = shearwater_worker::run(config, never()).await;
+        assert!(matches!(error, Err(WorkerError::Url { .. })), "{url}");
+    }
+}
