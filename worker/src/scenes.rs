@@ -8,7 +8,7 @@ use shearwater_shared::api::{FailureKind, Lease};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{Manifest, RenderSettings};
 use shearwater_shared::{limits, scene};
-use shearwater_tracer::{Assets, BuildReport, Scene};
+use shearwater_tracer::{Assets, BuildOptions, BuildReport, Scene};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -164,9 +164,9 @@ fn build_scene(
     frame: u32,
     portable_simd: bool,
 ) -> Built {
-    let _ = portable_simd;
+    let options = BuildOptions { portable_simd };
     scene::parse(scene)
-        .and_then(|description| Scene::build(&description, assets, &settings, frame))
+        .and_then(|description| Scene::build(&description, assets, &settings, frame, options))
         .map_err(|error| (FailureKind::Scene, error.to_string()))
 }
 
