@@ -114,10 +114,10 @@ fn line_ends_signs_continuations_and_parts_do_not_matter() {
 #[test]
 fn faces_with_and_without_parts_mix() {
     let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0.5\nvn 1 0 0\nf 1 2 3\nf 2/1/1 4/1/1 3/1/1\n\
-        f 3//1 2//1 1//1\nf 3/1 2/1 4\nf 2/1 4/1 3/1\n";
+        f 3//1 2//1 1//1\nf 3/1 2/1 4\nf 2/1 4/1 3/1\nf 1//1 2 3\n";
     let (mesh, _) = load(text).unwrap();
     let corner = |t: usize, k: usize| mesh.triangles[t][k] as usize;
-    assert_eq!(mesh.triangles.len(), 5);
+    assert_eq!(mesh.triangles.len(), 6);
     for k in 0..3 {
         let uv = |t| mesh.uvs[corner(t, k)];
         assert_eq!(
@@ -129,7 +129,7 @@ fn faces_with_and_without_parts_mix() {
             [0, 1, 2, 4].map(normal),
             [Vec3::Z, Vec3::X, Vec3::X, Vec3::Z]
         );
-        assert_eq!(normal(3), Vec3::Z);
+        assert_eq!([3, 5].map(normal), [Vec3::Z; 2]);
     }
 }
 
@@ -268,8 +268,10 @@ fn errors_name_the_line() {
     );
 }
 
+/// Every pair of corners at a point is compared, so their number is bounded:
+/// beyond it a corner keeps its triangle's normal.
 #[test]
-fn a_fan_of_many_thousand_corners_ends_soon() {
+fn a_fan_of_many_thousand_corners_is_faceted() {
     use std::fmt::Write;
     let mut text = String::from("v 0 0 1\n");
     for i in 0..60_000 {
@@ -279,12 +281,13 @@ fn a_fan_of_many_thousand_corners_ends_soon() {
     for i in 2..60_000 {
         writeln!(text, "f 1 {i} {}", i + 1).unwrap();
     }
-    let start = std::time::Instant::now();
     let (mesh, _) = load(&text).unwrap();
     assert_eq!(mesh.triangles.len(), 59_998);
-    assert!(mesh.normals.iter().all(|n| (n.length() - 1.0).abs() < 1e-5));
-    // Quadratic would take minutes.
-    assert!(start.elapsed().as_secs() < 20);
+    for triangle in &mesh.triangles {
+        let [a, b, c] = triangle.map(|i| mesh.positions[i as usize].as_dvec3());
+        let own = (b - a).cross(c - a).normalize().as_vec3();
+        assert!((mesh.normals[triangle[0] as usize] - own).length() < 1e-6);
+    }
 }
 
 #[test]
