@@ -131,7 +131,7 @@ impl RenderSettings {
                 format!("at most {} pixels in all", limits::IMAGE_PIXELS_MAX),
             );
         }
-        if !(2..=limits::SAMPLES_MAX).contains(&self.samples) || self.samples % 2 != 0 {
+        if !(2..=limits::SAMPLES_MAX).contains(&self.samples) || !self.samples.is_multiple_of(2) {
             return fail(
                 "samples",
                 self.samples.into(),
