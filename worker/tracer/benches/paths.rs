@@ -2,6 +2,7 @@
 //! without its clouds: `cargo bench -p shearwater-tracer --bench paths`.
 //! SCENE names another scene.json, SAMPLES the samples per half.
 
+use shearwater_shared::film::{TileFilm, estimate_error, film_hash};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::plan::Plan;
 use shearwater_shared::scene::{SceneDescription, parse, references};
@@ -25,7 +26,8 @@ fn main() {
     };
     let assets = read_assets(&full, path.parent().unwrap_or(Path::new(".")));
     let bare = SceneDescription { clouds: Vec::new(), ..full.clone() };
-    for round in 0..2 {
+    let rounds = std::env::var("ROUNDS").ok().and_then(|r| r.parse().ok()).unwrap_or(2);
+    for round in 0..rounds {
         for (name, scene) in [("with clouds", &full), ("without clouds", &bare)] {
             measure(name, scene, &assets, samples, round);
         }
@@ -43,17 +45,31 @@ fn measure(name: &str, description: &SceneDescription, assets: &Assets, samples:
     let build_s = start.elapsed().as_secs_f64();
     let plan = Plan::new(&settings);
     let cancel = AtomicBool::new(false);
-    let start = Instant::now();
-    let mut sum = 0i64;
+    let start = thread_cpu_s();
+    let mut films = Vec::new();
     for rect in (0..plan.tiles()).filter_map(|tile| plan.tile_rect(tile)) {
         if let Some(sums) = render_run(&scene, &rect, 0..samples, &cancel) {
-            sum = sum.wrapping_add(sums.radiance[0].iter().fold(0, |a, v| a.wrapping_add(*v)));
+            let mut film = TileFilm::zero(rect.pixels());
+            film.add(&sums).expect("one size");
+            films.push(film);
         }
     }
     let paths = f64::from(width) * f64::from(height) * f64::from(2 * samples);
-    let seconds = start.elapsed().as_secs_f64();
+    let seconds = thread_cpu_s() - start;
     let rate = paths / seconds / 1e6;
-    println!("round {round}, {name}: {rate:.3} M paths/s (build {build_s:.2} s, check {sum:x})");
+    let nmse = estimate_error((0..).zip(&films)).map_or(0.0, |e| e.nmse);
+    let hash = film_hash(&plan, |tile| &films[tile as usize]).expect("whole");
+    println!(
+        "round {round}, {name}: {rate:.3} M paths/s, NMSE {nmse:.4e}, efficiency {:.3} (build {build_s:.2} s, film {hash:.8})",
+        1.0 / (nmse * seconds)
+    );
+}
+
+// Seconds that this thread has run on a core: other programs on the machine cost
+// less this way than by the wall clock (Linux: first number of schedstat, in ns).
+fn thread_cpu_s() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e9
 }
 
 fn read_assets(scene: &SceneDescription, folder: &Path) -> Assets {

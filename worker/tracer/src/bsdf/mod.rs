@@ -30,8 +30,9 @@ pub use tables::{TableNeeds, Tables};
 pub use water::Water;
 
 /// Above this roughness, in terms of GGX alpha, a lobe is wide enough for
-/// samples of a light to find it.
-const LIGHT_SAMPLING_ALPHA_MIN: f32 = 0.01;
+/// samples of the whole sky to find it better than its own directions find the
+/// sky's bright places.
+const LIGHT_SAMPLING_ALPHA_MIN: f32 = 0.3;
 
 /// One sampled direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -208,11 +209,15 @@ impl Bsdf {
         }
     }
 
-    /// Whether sampling a wide light (the sky) from here can find anything:
-    /// there is a diffuse part or a lobe that is not nearly a mirror.
+    /// Whether sampling a wide light (the sky) from here finds more than the
+    /// model's own directions do: there is a diffuse part worth the name, or a
+    /// wide lobe. Water's body is too dark to count.
     #[inline]
     #[must_use]
     pub fn light_sampling_pays(&self) -> bool {
-        self.has_diffuse() || self.roughness() > LIGHT_SAMPLING_ALPHA_MIN
+        match self {
+            Self::Water(water) => water.alpha() > LIGHT_SAMPLING_ALPHA_MIN,
+            _ => self.has_diffuse() || self.roughness() > LIGHT_SAMPLING_ALPHA_MIN,
+        }
     }
 }

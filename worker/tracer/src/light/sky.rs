@@ -66,6 +66,16 @@ impl SkyLight {
         Self::Map(Box::new(SkyMap { width, height, rgb, turn, cells_x, cells_y, density, rows, columns }))
     }
 
+    /// Mean radiance over all directions (of the brightest channel), and how uneven
+    /// it is: mean of the square over square of the mean, 1 for a constant sky.
+    #[must_use]
+    pub fn mean_and_contrast(&self) -> (f32, f32) {
+        match self {
+            Self::Constant(radiance) => (radiance.max_element(), 1.0),
+            Self::Map(map) => map.mean_and_contrast(),
+        }
+    }
+
     /// Radiance from the unit direction `d`.
     #[inline]
     #[must_use]
@@ -111,6 +121,21 @@ impl SkyLight {
 }
 
 impl SkyMap {
+    fn mean_and_contrast(&self) -> (f32, f32) {
+        let (mut weight, mut sum, mut squares) = (0.0f64, 0.0f64, 0.0f64);
+        for (y, row) in self.rgb.chunks(self.width).enumerate() {
+            let sin_theta = libm::sin(std::f64::consts::PI * (y as f64 + 0.5) / self.height as f64);
+            for texel in row {
+                let light = f64::from(texel[0].max(texel[1]).max(texel[2]));
+                weight += sin_theta;
+                sum += sin_theta * light;
+                squares += sin_theta * light * light;
+            }
+        }
+        let mean = sum / weight;
+        (mean as f32, if mean > 0.0 { (squares / weight / (mean * mean)) as f32 } else { 1.0 })
+    }
+
     // u = 0.5 + azimuth from -z towards +x, v = angle from the zenith.
     #[inline]
     fn uv(&self, d: Vec3) -> [f32; 2] {

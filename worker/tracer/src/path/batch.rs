@@ -178,14 +178,35 @@ fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (
     // A perfect mirror has no density that light sampling could hit.
     let sampled = !at.bsdf.is_delta();
     path.choice.sun_sampled = sampled && scene.sun.is_some();
-    path.choice.sky_sampled = sampled && scene.sky.is_some() && at.bsdf.light_sampling_pays();
+    path.choice.sky_sampled = sampled && scene.sample_sky && at.bsdf.light_sampling_pays();
     if !sampled {
+        return (None, None);
+    }
+    if !(path.choice.sun_sampled || path.choice.sky_sampled) {
         return (None, None);
     }
     let u = path.stream.lights(depth);
     let sun = if path.choice.sun_sampled { sample_sun(scene, at, path.throughput, [u[0], u[1]]) } else { None };
+    let sun = sun.and_then(|shadow| worth_tracing(scene, shadow, path, depth));
     let sky = if path.choice.sky_sampled { sample_sky(scene, at, path.throughput, [u[2], u[3]]) } else { None };
     (sun, sky)
+}
+
+// Most light samples of a mirror-like surface are the far tail of its lobe and add
+// next to nothing: those are traced with a chance in proportion to what they add,
+// and count for more in return (Russian roulette, unbiased).
+#[inline]
+fn worth_tracing(scene: &Scene, mut shadow: ShadowRay, path: &Path, depth: u32) -> Option<ShadowRay> {
+    let strongest = shadow.contribution.max_element();
+    if strongest >= scene.faint {
+        return Some(shadow);
+    }
+    let chance = strongest / scene.faint;
+    if path.stream.roulette(depth) >= chance {
+        return None;
+    }
+    shadow.contribution /= chance;
+    Some(shadow)
 }
 
 #[inline]

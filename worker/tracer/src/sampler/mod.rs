@@ -83,6 +83,13 @@ impl SampleStream {
         self.group(depth, 1)
     }
 
+    /// A draw for whether to trace a faint light sample of scattering `depth`.
+    #[inline]
+    #[must_use]
+    pub fn roulette(&self, depth: u32) -> f32 {
+        u32_to_unit(mix64(self.pixel_key ^ (u64::from(self.index) << 32) ^ u64::from(depth) ^ 0x0DD5_0F5A_11E5) as u32)
+    }
+
     /// Key of the path segment `depth`, for decisions on transparent surfaces
     /// along it: two passes through one particle are decided independently.
     #[inline]

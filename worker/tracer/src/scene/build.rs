@@ -18,6 +18,13 @@ use shearwater_shared::scene::{self, Material, SceneDescription, SceneError, Sky
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// From this contrast on (see [`SkyLight::mean_and_contrast`]) the sky is sampled
+/// by importance beside the surfaces' own directions. A cloudy or clear sky
+/// without its sun has 1.5 to 3; a lamp or a sun in the map has hundreds.
+const SKY_CONTRAST_MIN: f32 = 4.0;
+/// Share of the sky's mean radiance below which a light sample is faint.
+const FAINT_SHARE: f32 = 0.05;
+
 /// The bytes of a scene's files, by the names that the scene uses.
 pub type Assets = BTreeMap<String, Arc<[u8]>>;
 
@@ -67,10 +74,14 @@ impl Scene {
         let water_y = sea.as_ref().map(|sea| (sea.height_m - origin.y) as f32);
         let geometry = Geometry::build(trees, placed, particles, water_y).map_err(|e| geometry_error(".", &e))?;
         let geometry = if options.portable_simd { geometry.without_avx2() } else { geometry };
+        let sky = build_sky(description, assets)?;
+        let (mean, contrast) = sky.as_ref().map_or((0.0, 1.0), SkyLight::mean_and_contrast);
         let scene = Self {
             geometry,
             camera: Camera::new(&description.camera, settings.width, settings.height),
-            sky: build_sky(description, assets)?,
+            sky,
+            sample_sky: contrast > SKY_CONTRAST_MIN,
+            faint: mean * FAINT_SHARE,
             sun: description.sun.as_ref().and_then(SunLight::new),
             water: build_water(sea.as_ref(), &tables)?,
             tables,

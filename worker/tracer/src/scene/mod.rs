@@ -23,6 +23,10 @@ pub struct Scene {
     pub(crate) camera: Camera,
     pub(crate) sky: Option<SkyLight>,
     pub(crate) sun: Option<SunLight>,
+    /// The sky is so uneven that sampling it pays.
+    pub(crate) sample_sky: bool,
+    /// Light samples that would add less than this are traced at random.
+    pub(crate) faint: f32,
     pub(crate) tables: Tables,
     pub(crate) seed: u64,
     pub(crate) frame: u32,
