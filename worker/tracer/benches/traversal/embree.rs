@@ -75,9 +75,24 @@ impl Embree {
             let config = c"threads=1".as_ptr();
             let device = call!(b"rtcNewDevice", fn(*const c_char) -> Handle, config);
             let scene = call!(b"rtcNewScene", fn(Handle) -> Handle, device);
-            call!(b"rtcSetSceneFlags", fn(Handle, i32), scene, if robust { FLAG_ROBUST } else { 0 });
-            call!(b"rtcSetSceneBuildQuality", fn(Handle, i32), scene, QUALITY_HIGH);
-            let geometry = call!(b"rtcNewGeometry", fn(Handle, i32) -> Handle, device, GEOMETRY_TRIANGLE);
+            call!(
+                b"rtcSetSceneFlags",
+                fn(Handle, i32),
+                scene,
+                if robust { FLAG_ROBUST } else { 0 }
+            );
+            call!(
+                b"rtcSetSceneBuildQuality",
+                fn(Handle, i32),
+                scene,
+                QUALITY_HIGH
+            );
+            let geometry = call!(
+                b"rtcNewGeometry",
+                fn(Handle, i32) -> Handle,
+                device,
+                GEOMETRY_TRIANGLE
+            );
             for (slot, format, count) in [
                 (BUFFER_VERTEX, FORMAT_FLOAT3, mesh.positions.len()),
                 (BUFFER_INDEX, FORMAT_UINT3, mesh.triangles.len()),
@@ -85,7 +100,12 @@ impl Embree {
                 let buffer = call!(
                     b"rtcSetNewGeometryBuffer",
                     fn(Handle, i32, u32, i32, usize, usize) -> *mut u8,
-                    geometry, slot, 0, format, 12, count
+                    geometry,
+                    slot,
+                    0,
+                    format,
+                    12,
+                    count
                 );
                 let source = if slot == BUFFER_VERTEX {
                     mesh.positions.as_ptr().cast::<u8>()
@@ -95,11 +115,21 @@ impl Embree {
                 std::ptr::copy_nonoverlapping(source, buffer, 12 * count);
             }
             call!(b"rtcCommitGeometry", fn(Handle), geometry);
-            call!(b"rtcAttachGeometry", fn(Handle, Handle) -> u32, scene, geometry);
+            call!(
+                b"rtcAttachGeometry",
+                fn(Handle, Handle) -> u32,
+                scene,
+                geometry
+            );
             call!(b"rtcCommitScene", fn(Handle), scene);
             let intersect1 = *library.get::<Query>(b"rtcIntersect1").ok()?;
             let occluded1 = *library.get::<Query>(b"rtcOccluded1").ok()?;
-            Some(Self { _library: library, scene, intersect1, occluded1 })
+            Some(Self {
+                _library: library,
+                scene,
+                intersect1,
+                occluded1,
+            })
         }
     }
 
@@ -107,7 +137,11 @@ impl Embree {
     #[inline]
     pub(crate) fn closest(&self, ray: &Ray) -> f32 {
         let hit = self.query(self.intersect1, ray);
-        if hit.geometry == NOTHING { f32::INFINITY } else { hit.tfar }
+        if hit.geometry == NOTHING {
+            f32::INFINITY
+        } else {
+            hit.tfar
+        }
     }
 
     /// Embree marks an occluded ray by a negative `tfar`.
@@ -118,7 +152,11 @@ impl Embree {
 
     #[inline]
     fn query(&self, query: Query, ray: &Ray) -> RayHit {
-        let mut context = Context { flags: 0, filter: null(), instance: [NOTHING; 8] };
+        let mut context = Context {
+            flags: 0,
+            filter: null(),
+            instance: [NOTHING; 8],
+        };
         let mut hit = RayHit {
             o: ray.o.to_array(),
             tnear: 0.0,

@@ -29,7 +29,11 @@ pub(crate) fn shoot(scene: &Scene, geometry: &Geometry) -> Rays {
     let primary = camera_rays(scene);
     let hits: Vec<_> = primary
         .iter()
-        .filter_map(|ray| geometry.intersect::<false>(ray, 0).map(|hit| (ray, geometry.surface_point(ray, &hit))))
+        .filter_map(|ray| {
+            geometry
+                .intersect::<false>(ray, 0)
+                .map(|hit| (ray, geometry.surface_point(ray, &hit)))
+        })
         .collect();
     let mut random = Random(1);
     let mut diffuse = Vec::with_capacity(COUNT);
@@ -38,13 +42,22 @@ pub(crate) fn shoot(scene: &Scene, geometry: &Geometry) -> Rays {
     // Every hit in turn, as often as the count asks.
     for i in 0..COUNT {
         let (ray, point) = &hits[i % hits.len()];
-        let n = if point.n_geometric.dot(ray.d) < 0.0 { point.n_geometric } else { -point.n_geometric };
+        let n = if point.n_geometric.dot(ray.d) < 0.0 {
+            point.n_geometric
+        } else {
+            -point.n_geometric
+        };
         let d = (n + random.direction()).normalize_or(n);
         diffuse.push(Ray::new(point.origin_towards(d), d));
         let d = (sun + random.direction() * SUN_RADIUS).normalize();
         shadow.push(Ray::new(point.origin_towards(d), d));
     }
-    Rays { covered: hits.len() as f32 / COUNT as f32, primary, diffuse, shadow }
+    Rays {
+        covered: hits.len() as f32 / COUNT as f32,
+        primary,
+        diffuse,
+        shadow,
+    }
 }
 
 fn camera_rays(scene: &Scene) -> Vec<Ray> {
@@ -59,7 +72,10 @@ fn camera_rays(scene: &Scene) -> Vec<Ray> {
             let y = tile / (WIDTH / 8) * 8 + group / 2 * 2 + lane / 4;
             let sx = (x as f32 + 0.5) / WIDTH as f32 * 2.0 - 1.0;
             let sy = 1.0 - (y as f32 + 0.5) / HEIGHT as f32 * 2.0;
-            rays.push(Ray::new(scene.eye, (forward + right * sx + up * sy).normalize()));
+            rays.push(Ray::new(
+                scene.eye,
+                (forward + right * sx + up * sy).normalize(),
+            ));
         }
     }
     rays

@@ -66,38 +66,16 @@ pub(super) fn hit_boxes<B: Backend>(node: &Node8, ray: &BoxRay<B>, t_far: f32) -
     (entered.bits(), near.store())
 }
 
-/// Axes of a ray in Woop's space, and its shear. `k[2]` is the axis of the
-/// largest component.
-#[derive(Clone, Copy)]
-pub(super) struct Shear {
-    pub(super) k: [usize; 3],
-    pub(super) shear: [f32; 2],
-    /// One over the largest component.
-    pub(super) scale: f32,
-}
-
-impl Shear {
-    #[inline(always)]
-    pub(super) fn new(d: [f32; 3]) -> Self {
-        let a = [d[0].abs(), d[1].abs(), d[2].abs()];
-        let kz = if a[0] > a[1] {
-            if a[0] > a[2] { 0 } else { 2 }
-        } else if a[1] > a[2] {
-            1
-        } else {
-            2
-        };
-        let (kx, ky) = match kz {
-            0 => (1, 2),
-            1 => (2, 0),
-            _ => (0, 1),
-        };
-        Self {
-            k: [kx, ky, kz],
-            shear: [d[kx] / d[kz], d[ky] / d[kz]],
-            scale: 1.0 / d[kz],
-        }
-    }
+/// Axes of a ray in Woop's space: the last is that of the largest component. Chosen
+/// without branches, since the directions of bounced rays are anyone's guess.
+#[inline(always)]
+pub(super) fn sheared_axes(d: [f32; 3]) -> [usize; 3] {
+    let [x, y, z] = d.map(f32::abs);
+    let xy = usize::from(y >= x);
+    let most = if y >= x { y } else { x };
+    let kz = if z >= most { 2 } else { xy };
+    const NEXT: [[usize; 3]; 3] = [[1, 2, 0], [2, 0, 1], [0, 1, 2]];
+    NEXT[kz]
 }
 
 /// A ray in the form the triangle test wants: one ray, four lanes.
@@ -112,14 +90,14 @@ pub(super) struct TriRay<B: Backend> {
 impl<B: Backend> TriRay<B> {
     #[inline(always)]
     pub(super) fn new(o: [f32; 3], d: [f32; 3]) -> Self {
-        let s = Shear::new(d);
-        let [x, y, z] = s.k;
+        let [x, y, z] = sheared_axes(d);
+        let scale = 1.0 / d[z];
         Self {
-            k: s.k,
+            k: [x, y, z],
             o: [B::F4::splat(o[x]), B::F4::splat(o[y]), B::F4::splat(o[z])],
             d: [B::F4::splat(d[x]), B::F4::splat(d[y]), B::F4::splat(d[z])],
-            shear: [B::F4::splat(s.shear[0]), B::F4::splat(s.shear[1])],
-            scale: B::F4::splat(s.scale),
+            shear: [B::F4::splat(d[x] * scale), B::F4::splat(d[y] * scale)],
+            scale: B::F4::splat(scale),
         }
     }
 }
@@ -235,10 +213,16 @@ pub(super) struct Best {
 }
 
 impl Best {
+    /// Nothing yet, on a ray that ends before `t_max`.
     #[inline(always)]
     pub(super) fn new(t_max: f32) -> Self {
         // The largest float below the end: the tests allow t equal to the best.
-        let t = if t_max > 0.0 { t_max.next_down() } else { -1.0 };
+        Self::until(if t_max > 0.0 { t_max.next_down() } else { -1.0 })
+    }
+
+    /// Nothing yet, on a ray that ends with `t`.
+    #[inline(always)]
+    pub(super) fn until(t: f32) -> Self {
         Self {
             t,
             cull: t * CULL_SLACK,

@@ -9,7 +9,9 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use super::kernels::Best;
 use super::mesh::TriMesh;
-use super::packet::{self, Best8, PacketRay, Triangles8};
+use super::packet::{self, Best8, PacketRay};
+use super::packet_leaves::{Clouds8, Triangles8};
+use super::particles::Particles;
 use super::single;
 
 /// `N` floats that are worked on together.
@@ -61,10 +63,34 @@ pub(super) trait Backend: Sized {
     fn mesh_closest(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best);
     /// `single::mesh_dim`.
     fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool;
+    /// `single::particles_closest`.
+    fn particles_closest(
+        particles: &Particles,
+        o: [f32; 3],
+        d: [f32; 3],
+        key: u64,
+        best: &mut Best,
+    );
+    /// `single::particles_dim`.
+    fn particles_dim(particles: &Particles, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32);
     /// `packet::mesh_closest8`.
     fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8);
     /// `packet::mesh_dim8`.
-    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]);
+    fn mesh_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Triangles8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    );
+    /// `packet::particles_closest8`.
+    fn particles_closest8(packet: &PacketRay<Self>, leaf: &Clouds8<'_, Self>, best: &mut Best8);
+    /// `packet::particles_dim8`.
+    fn particles_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Clouds8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    );
 }
 
 /// Arrays and plain loops: any machine.
@@ -80,11 +106,39 @@ impl Backend for Portable {
     fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
         single::mesh_dim::<Self>(mesh, o, d, t_max)
     }
-    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8) {
-        packet::mesh_closest8::<Self>(packet, leaf, best);
+    fn particles_closest(
+        particles: &Particles,
+        o: [f32; 3],
+        d: [f32; 3],
+        key: u64,
+        best: &mut Best,
+    ) {
+        single::particles_closest::<Self>(particles, o, d, key, best);
     }
-    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]) {
-        packet::mesh_dim8::<Self>(packet, leaf, best, depth);
+    fn particles_dim(particles: &Particles, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32) {
+        single::particles_dim::<Self>(particles, o, d, t_max, depth);
+    }
+    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8) {
+        packet::mesh_closest8(packet, leaf, best);
+    }
+    fn mesh_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Triangles8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    ) {
+        packet::mesh_dim8(packet, leaf, best, depth);
+    }
+    fn particles_closest8(packet: &PacketRay<Self>, leaf: &Clouds8<'_, Self>, best: &mut Best8) {
+        packet::particles_closest8(packet, leaf, best);
+    }
+    fn particles_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Clouds8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    ) {
+        packet::particles_dim8(packet, leaf, best, depth);
     }
 }
 

@@ -18,6 +18,7 @@ mod lanes;
 mod mesh;
 mod offset;
 mod packet;
+mod packet_leaves;
 mod particles;
 mod ray;
 mod sah;

@@ -8,28 +8,25 @@
 //! packets"). Every lane does the operations of a single ray, so the answers are
 //! the same bits; rays that disagree in direction are walked one by one.
 
-use super::ellipsoid::{Crossings, cross_ellipsoids, is_stopped};
-use super::kernels::{Best, CULL_SLACK, FAR_SLACK, Shear, TriHits, hit_sheared, sign};
+use super::kernels::{Best, CULL_SLACK, FAR_SLACK, sign};
 use super::lanes::{Backend, Floats, LaneMask};
-use super::mesh::{Tri4, TriMesh};
-use super::particles::{Ellipsoid8, Particles};
-use super::ray::rank;
-use super::ray::{BLOCKING_DEPTH, Hit, Occlusion, Ray};
+use super::packet_leaves::{Clouds8, Instances8, Triangles8};
+use super::ray::{Hit, Occlusion, Ray, rank};
 use super::scene::Geometry;
 use super::simd::Stack;
-use super::single::{self, finish, into_local};
+use super::single::{self, finish};
 use super::wide::{LEAF, Node8};
 
 /// Eight vectors, `[axis][lane]`.
-type Axes = [[f32; 8]; 3];
+pub(super) type Axes = [[f32; 8]; 3];
 
 /// The best hits of eight rays.
 pub(super) struct Best8 {
-    t: [f32; 8],
-    rank: [u64; 8],
-    v: [f32; 8],
-    w: [f32; 8],
-    det: [f32; 8],
+    pub(super) t: [f32; 8],
+    pub(super) rank: [u64; 8],
+    pub(super) v: [f32; 8],
+    pub(super) w: [f32; 8],
+    pub(super) det: [f32; 8],
 }
 
 impl Best8 {
@@ -46,7 +43,7 @@ impl Best8 {
     }
 
     #[inline(always)]
-    fn lane(&self, lane: usize) -> Best {
+    pub(super) fn lane(&self, lane: usize) -> Best {
         let mut best = Best::new(0.0);
         best.set(self.t[lane], self.rank[lane]);
         (best.v, best.w, best.det) = (self.v[lane], self.w[lane], self.det[lane]);
@@ -54,13 +51,13 @@ impl Best8 {
     }
 
     #[inline(always)]
-    fn set_lane(&mut self, lane: usize, best: &Best) {
+    pub(super) fn set_lane(&mut self, lane: usize, best: &Best) {
         (self.t[lane], self.rank[lane]) = (best.t, best.rank);
         (self.v[lane], self.w[lane], self.det[lane]) = (best.v, best.w, best.det);
     }
 
     #[inline(always)]
-    fn is_beaten_by(&self, lane: usize, t: f32, rank: u64) -> bool {
+    pub(super) fn is_beaten_by(&self, lane: usize, t: f32, rank: u64) -> bool {
         t < self.t[lane] || (t == self.t[lane] && rank < self.rank[lane])
     }
 }
@@ -81,7 +78,7 @@ impl<B: Backend> PacketRay<B> {
     /// None if the rays disagree, or if a component is zero: infinite inverses
     /// have no interval.
     #[inline(always)]
-    fn new(o: &Axes, d: &Axes) -> Option<Self> {
+    pub(super) fn new(o: &Axes, d: &Axes) -> Option<Self> {
         let splat = B::F8::splat;
         let mut ray = Self {
             o: [B::F8::load(&o[0]), B::F8::load(&o[1]), B::F8::load(&o[2])],
@@ -116,7 +113,7 @@ impl<B: Backend> PacketRay<B> {
     /// Boxes that some ray may enter before `t_far`, with a lower bound of the
     /// entries. Rounding is monotonic, so no lane enters a box that this leaves out.
     #[inline(always)]
-    fn hit_any(&self, node: &Node8, t_far: f32) -> u32 {
+    fn hit_any(&self, node: &Node8, t_far: f32) -> (u32, [f32; 8]) {
         let first = |axis: usize| {
             let way = B::F8::load(&node.planes[axis][self.near[axis] & 1]) - self.o_first[axis];
             (way * self.inverse_least[axis]).min(way * self.inverse_most[axis])
@@ -127,40 +124,71 @@ impl<B: Backend> PacketRay<B> {
         };
         let near = first(0).max(first(1).max(first(2).max(B::F8::splat(0.0))));
         let far = last(0).min(last(1).min(last(2).min(B::F8::splat(t_far))));
-        near.le(far * B::F8::splat(FAR_SLACK))
-            .bits()
+        (near.le(far * B::F8::splat(FAR_SLACK)).bits(), near.store())
     }
 
-    /// The rays that enter child `slot` before their `t_far`, and their entries.
+    /// The rays that enter child `slot` before their `t_far`.
     #[inline(always)]
-    fn hit_child(&self, node: &Node8, slot: usize, t_far: B::F8) -> (u32, B::F8) {
+    fn hit_child(&self, node: &Node8, slot: usize, t_far: B::F8) -> u32 {
         let slab = |axis: usize, side: usize| {
             (B::F8::splat(node.planes[axis][side & 1][slot]) - self.o[axis]) * self.inverse[axis]
         };
         let [x, y, z] = self.near;
         let near = slab(0, x).max(slab(1, y).max(slab(2, z).max(B::F8::splat(0.0))));
         let far = slab(0, x ^ 1).min(slab(1, y ^ 1).min(slab(2, z ^ 1).min(t_far)));
-        let entered = near.le(far * B::F8::splat(FAR_SLACK));
-        (entered.bits(), near)
+        near.le(far * B::F8::splat(FAR_SLACK)).bits()
     }
 }
 
+/// By halves, which compiles to vector operations.
 #[inline(always)]
 fn least_and_most(a: &[f32; 8]) -> (f32, f32) {
-    let mut least = a[0];
-    let mut most = a[0];
-    for &x in &a[1..] {
-        least = if x < least { x } else { least };
-        most = if x > most { x } else { most };
+    let mut least = *a;
+    let mut most = *a;
+    for half in [4, 2, 1] {
+        for i in 0..half {
+            least[i] = if least[i + half] < least[i] {
+                least[i + half]
+            } else {
+                least[i]
+            };
+            most[i] = if most[i + half] > most[i] {
+                most[i + half]
+            } else {
+                most[i]
+            };
+        }
     }
-    (least, most)
+    (least[0], most[0])
 }
 
-/// What a packet does at a leaf.
-trait Leaf8<B: Backend> {
-    fn closest(&self, block: u32, best: &mut Best8);
+/// What a packet does at a leaf. `lanes` are the rays that entered its box.
+pub(super) trait Leaf8<B: Backend> {
+    /// True if some lane has a new best.
+    fn closest(&self, block: u32, lanes: u32, best: &mut Best8) -> bool;
+    /// Walks on from `root` with one ray alone.
+    fn closest_alone(&self, nodes: &[Node8], root: u32, lane: usize, best: &mut Best8);
     /// A lane that is blocked gets a negative `t`, so that it enters no more boxes.
-    fn dim(&self, block: u32, best: &mut Best8, depth: &mut [u32; 8]);
+    fn dim(&self, block: u32, lanes: u32, best: &mut Best8, depth: &mut [u32; 8]);
+}
+
+/// Subtrees that no more rays than this enter are walked ray by ray.
+const ALONE_MAX: u32 = 2;
+
+/// Lane numbers of a mask.
+#[inline(always)]
+pub(super) fn each_lane(mut mask: u32, mut visit: impl FnMut(usize)) {
+    while mask != 0 {
+        visit((mask.trailing_zeros() & 7) as usize);
+        mask &= mask - 1;
+    }
+}
+
+/// Stack entry: as for one ray, but the lowest eight bits of the distance, rounded
+/// down, make room for the rays that entered.
+#[inline(always)]
+fn entry8(near: f32, lanes: u32, child: u32) -> u64 {
+    u64::from(near.to_bits() & !0xff | lanes) << 32 | u64::from(child)
 }
 
 /// The closest hits of eight rays.
@@ -185,15 +213,14 @@ pub(super) fn intersect8<B: Backend, const PARTICLES: bool>(
             (best.t[lane], best.rank[lane]) = (t, rank::WATER);
         }
     }
-    walk_closest(
-        scene.top.nodes(),
-        &packet,
-        &Instances8 { scene, rays },
-        &mut best,
-    );
+    let instances = Instances8 { scene, rays };
+    if let Some(index) = scene.lone {
+        Leaf8::<B>::closest(&instances, index, 0xff, &mut best);
+    } else {
+        walk_closest(scene.top.nodes(), &packet, &instances, &mut best);
+    }
     if PARTICLES && let Some(particles) = &scene.particles {
-        let leaf = Clouds8::<B>::new(particles, &o, &d, keys);
-        walk_closest(particles.tree.nodes(), &packet, &leaf, &mut best);
+        B::particles_closest8(&packet, &Clouds8::new(particles, &o, &d, keys), &mut best);
     }
     std::array::from_fn(|lane| finish(&best.lane(lane)))
 }
@@ -218,22 +245,21 @@ pub(super) fn transmittance8<B: Backend, const PARTICLES: bool>(
             (best.t[lane], depth[lane]) = (-1.0, u32::MAX);
         }
     }
-    walk_dimming(
-        scene.top.nodes(),
-        &packet,
-        &Instances8 { scene, rays },
-        &mut best,
-        &mut depth,
-    );
-    if PARTICLES && let Some(particles) = &scene.particles {
-        let leaf = Clouds8::<B>::new(particles, &o, &d, &[0; 8]);
+    let instances = Instances8 { scene, rays };
+    if let Some(index) = scene.lone {
+        Leaf8::<B>::dim(&instances, index, 0xff, &mut best, &mut depth);
+    } else {
         walk_dimming(
-            particles.tree.nodes(),
+            scene.top.nodes(),
             &packet,
-            &leaf,
+            &instances,
             &mut best,
             &mut depth,
         );
+    }
+    if PARTICLES && let Some(particles) = &scene.particles {
+        let leaf = Clouds8::new(particles, &o, &d, &[0; 8]);
+        B::particles_dim8(&packet, &leaf, &mut best, &mut depth);
     }
     depth.map(Occlusion::from_depth)
 }
@@ -249,7 +275,7 @@ fn axes(rays: &[Ray; 8]) -> (Axes, Axes) {
 }
 
 #[inline(always)]
-fn put(o: &mut Axes, d: &mut Axes, lane: usize, from: [f32; 3], along: [f32; 3]) {
+pub(super) fn put(o: &mut Axes, d: &mut Axes, lane: usize, from: [f32; 3], along: [f32; 3]) {
     for axis in 0..3 {
         o[axis][lane] = from[axis];
         d[axis][lane] = along[axis];
@@ -270,36 +296,34 @@ fn walk_closest<B: Backend, L: Leaf8<B>>(
     best: &mut Best8,
 ) {
     let mut stack = Stack::new();
-    let mut current = 0_u32;
+    let mut current = entry8(0.0, 0xff, 0);
     let mut t_far = farthest(&best.t);
     loop {
-        if current & LEAF != 0 {
-            leaf.closest(current & !LEAF, best);
+        let (lanes, child) = ((current >> 32) as u32 & 0xff, current as u32);
+        if child & LEAF != 0 {
+            if leaf.closest(child & !LEAF, lanes, best) {
+                t_far = farthest(&best.t);
+            }
+        } else if lanes.count_ones() <= ALONE_MAX {
+            each_lane(lanes, |lane| leaf.closest_alone(nodes, child, lane, best));
             t_far = farthest(&best.t);
         } else {
-            let node = &nodes[current as usize];
-            let mut mask = ray.hit_any(node, t_far);
+            let node = &nodes[child as usize];
+            let (mask, near) = ray.hit_any(node, t_far);
             let lanes_far = B::F8::load(&best.t) * B::F8::splat(CULL_SLACK);
             let mut count = 0;
-            while mask != 0 {
-                let slot = (mask.trailing_zeros() & 7) as usize;
-                mask &= mask - 1;
-                let (entered, near) = ray.hit_child(node, slot, lanes_far);
+            each_lane(mask, |slot| {
+                let entered = ray.hit_child(node, slot, lanes_far);
                 if entered != 0 {
-                    // A lane that stays out may lower the bound: harmless.
-                    let near = least_and_most(&near.store()).0;
-                    stack.push_sorted(
-                        u64::from(near.to_bits()) << 32 | u64::from(node.child[slot]),
-                        count,
-                    );
+                    stack.push_sorted(entry8(near[slot], entered, node.child[slot]), count);
                     count += 1;
                 }
-            }
+            });
         }
         current = loop {
             let Some(e) = stack.pop() else { return };
-            if f32::from_bits((e >> 32) as u32) <= t_far {
-                break e as u32;
+            if f32::from_bits((e >> 32) as u32 & !0xff) <= t_far {
+                break e;
             }
         };
     }
@@ -314,38 +338,42 @@ fn walk_dimming<B: Backend, L: Leaf8<B>>(
     depth: &mut [u32; 8],
 ) {
     let mut stack = Stack::new();
-    let mut current = 0_u32;
+    let mut current = entry8(0.0, 0xff, 0);
     let mut t_far = farthest(&best.t);
     if t_far < 0.0 {
         return;
     }
     loop {
-        if current & LEAF != 0 {
-            leaf.dim(current & !LEAF, best, depth);
+        let (lanes, child) = ((current >> 32) as u32 & 0xff, current as u32);
+        if child & LEAF != 0 {
+            leaf.dim(child & !LEAF, lanes, best, depth);
             t_far = farthest(&best.t);
             if t_far < 0.0 {
                 return;
             }
         } else {
-            let node = &nodes[current as usize];
-            let mut mask = ray.hit_any(node, t_far);
+            let node = &nodes[child as usize];
+            let (mask, _) = ray.hit_any(node, t_far);
             let lanes_far = B::F8::load(&best.t) * B::F8::splat(CULL_SLACK);
-            while mask != 0 {
-                let slot = (mask.trailing_zeros() & 7) as usize;
-                mask &= mask - 1;
-                if ray.hit_child(node, slot, lanes_far).0 != 0 {
-                    stack.push(u64::from(node.child[slot]));
+            each_lane(mask, |slot| {
+                let entered = ray.hit_child(node, slot, lanes_far);
+                if entered != 0 {
+                    stack.push(entry8(0.0, entered, node.child[slot]));
                 }
-            }
+            });
         }
         let Some(e) = stack.pop() else { return };
-        current = e as u32;
+        current = e;
     }
 }
 
 /// The closest hits of a packet with one mesh.
 #[inline(always)]
-pub(super) fn mesh_closest8<B: Backend>(packet: &PacketRay<B>, leaf: &Triangles8<'_, B>, best: &mut Best8) {
+pub(super) fn mesh_closest8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Triangles8<'_, B>,
+    best: &mut Best8,
+) {
     walk_closest(leaf.mesh.tree.nodes(), packet, leaf, best);
 }
 
@@ -360,234 +388,23 @@ pub(super) fn mesh_dim8<B: Backend>(
     walk_dimming(leaf.mesh.tree.nodes(), packet, leaf, best, depth);
 }
 
-/// Leaves of the top tree.
-struct Instances8<'a> {
-    scene: &'a Geometry,
-    rays: &'a [Ray; 8],
+/// The closest walls of particles that stop the rays of a packet.
+#[inline(always)]
+pub(super) fn particles_closest8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Clouds8<'_, B>,
+    best: &mut Best8,
+) {
+    walk_closest(leaf.particles.tree.nodes(), packet, leaf, best);
 }
 
-impl Instances8<'_> {
-    /// The packet in mesh space; None if it is none there.
-    #[inline(always)]
-    fn enter<B: Backend>(&self, index: u32) -> Option<(PacketRay<B>, Triangles8<'_, B>)> {
-        let instance = &self.scene.instances[index as usize];
-        let mesh = &self.scene.meshes[instance.mesh as usize];
-        let mut o = [[0.0; 8]; 3];
-        let mut d = [[0.0; 8]; 3];
-        for (lane, ray) in self.rays.iter().enumerate() {
-            let (from, along) = into_local(instance, ray)?;
-            put(&mut o, &mut d, lane, from, along);
-        }
-        Some((
-            PacketRay::new(&o, &d)?,
-            Triangles8::new(mesh, index, &o, &d)?,
-        ))
-    }
-}
-
-impl<B: Backend> Leaf8<B> for Instances8<'_> {
-    #[inline(always)]
-    fn closest(&self, block: u32, best: &mut Best8) {
-        if let Some((packet, leaf)) = self.enter::<B>(block) {
-            B::mesh_closest8(&packet, &leaf, best);
-            return;
-        }
-        for (lane, ray) in self.rays.iter().enumerate() {
-            let mut one = best.lane(lane);
-            single::closest_in_instance::<B>(self.scene, ray, block, &mut one);
-            best.set_lane(lane, &one);
-        }
-    }
-    #[inline(always)]
-    fn dim(&self, block: u32, best: &mut Best8, depth: &mut [u32; 8]) {
-        if let Some((packet, leaf)) = self.enter::<B>(block) {
-            B::mesh_dim8(&packet, &leaf, best, depth);
-            return;
-        }
-        for (lane, ray) in self.rays.iter().enumerate() {
-            single::dim_in_instance::<B>(
-                self.scene,
-                ray,
-                block,
-                &best.lane(lane),
-                &mut depth[lane],
-            );
-            if depth[lane] > BLOCKING_DEPTH {
-                best.t[lane] = -1.0;
-            }
-        }
-    }
-}
-
-/// Leaves of a mesh, for rays with one main axis.
-pub(super) struct Triangles8<'a, B: Backend> {
-    mesh: &'a TriMesh,
-    instance: u32,
-    k: [usize; 3],
-    /// In the order `k`.
-    o: [B::F8; 3],
-    d: [B::F8; 3],
-    shear: [B::F8; 2],
-    scale: B::F8,
-}
-
-impl<'a, B: Backend> Triangles8<'a, B> {
-    #[inline(always)]
-    fn new(mesh: &'a TriMesh, instance: u32, o: &Axes, d: &Axes) -> Option<Self> {
-        let of_lane = |lane: usize| Shear::new([d[0][lane], d[1][lane], d[2][lane]]);
-        let first = of_lane(0);
-        let [x, y, z] = first.k;
-        let mut shear = [[0.0; 8]; 3];
-        for lane in 0..8 {
-            let s = of_lane(lane);
-            if s.k != first.k {
-                return None;
-            }
-            (shear[0][lane], shear[1][lane], shear[2][lane]) = (s.shear[0], s.shear[1], s.scale);
-        }
-        let load = B::F8::load;
-        Some(Self {
-            mesh,
-            instance,
-            k: first.k,
-            o: [load(&o[x]), load(&o[y]), load(&o[z])],
-            d: [load(&d[x]), load(&d[y]), load(&d[z])],
-            shear: [load(&shear[0]), load(&shear[1])],
-            scale: load(&shear[2]),
-        })
-    }
-
-    #[inline(always)]
-    fn hit(&self, block: &Tri4, lane: usize, t_far: &[f32; 8]) -> Option<TriHits<B::F8>> {
-        let corner = |vertex: usize| self.k.map(|k| B::F8::splat(block.corner[k][vertex][lane]));
-        let corners = [corner(0), corner(1), corner(2)];
-        hit_sheared::<8, B::F8>(
-            corners,
-            self.o,
-            self.d,
-            self.shear,
-            self.scale,
-            B::F8::load(t_far),
-        )
-    }
-}
-
-impl<B: Backend> Leaf8<B> for Triangles8<'_, B> {
-    #[inline(always)]
-    fn closest(&self, block: u32, best: &mut Best8) {
-        let block = &self.mesh.blocks[block as usize];
-        for lane in 0..block.count() {
-            let Some(hits) = self.hit(block, lane, &best.t) else {
-                continue;
-            };
-            let (t, v, w, det) = (
-                hits.t.store(),
-                hits.v.store(),
-                hits.w.store(),
-                hits.det.store(),
-            );
-            let rank = rank::triangle(self.instance, block.prim[lane]);
-            let mut mask = hits.mask;
-            while mask != 0 {
-                let ray = (mask.trailing_zeros() & 7) as usize;
-                mask &= mask - 1;
-                if best.is_beaten_by(ray, t[ray], rank) {
-                    (best.t[ray], best.rank[ray]) = (t[ray], rank);
-                    (best.v[ray], best.w[ray], best.det[ray]) = (v[ray], w[ray], det[ray]);
-                }
-            }
-        }
-    }
-    #[inline(always)]
-    fn dim(&self, block: u32, best: &mut Best8, depth: &mut [u32; 8]) {
-        let block = &self.mesh.blocks[block as usize];
-        for lane in 0..block.count() {
-            let Some(hits) = self.hit(block, lane, &best.t) else {
-                continue;
-            };
-            for ray in 0..8 {
-                if hits.mask >> ray & 1 == 1 {
-                    (best.t[ray], depth[ray]) = (-1.0, u32::MAX);
-                }
-            }
-        }
-    }
-}
-
-/// Leaves of the particles' tree.
-struct Clouds8<'a, B: Backend> {
-    particles: &'a Particles,
-    o: [B::F8; 3],
-    d: [B::F8; 3],
-    keys: &'a [u64; 8],
-}
-
-impl<'a, B: Backend> Clouds8<'a, B> {
-    #[inline(always)]
-    fn new(particles: &'a Particles, o: &Axes, d: &Axes, keys: &'a [u64; 8]) -> Self {
-        let load = |x: &Axes| [B::F8::load(&x[0]), B::F8::load(&x[1]), B::F8::load(&x[2])];
-        Self {
-            particles,
-            o: load(o),
-            d: load(d),
-            keys,
-        }
-    }
-
-    #[inline(always)]
-    fn cross(&self, block: &Ellipsoid8, lane: usize, t_far: &[f32; 8]) -> Crossings<B::F8> {
-        let splat = |a: &Axes| {
-            [
-                B::F8::splat(a[0][lane]),
-                B::F8::splat(a[1][lane]),
-                B::F8::splat(a[2][lane]),
-            ]
-        };
-        let (centre, inverse) = (splat(&block.centre), splat(&block.inverse_radius));
-        cross_ellipsoids::<8, B::F8>(centre, inverse, self.o, self.d, B::F8::load(t_far))
-    }
-}
-
-impl<B: Backend> Leaf8<B> for Clouds8<'_, B> {
-    #[inline(always)]
-    fn closest(&self, block: u32, best: &mut Best8) {
-        let block = &self.particles.blocks[block as usize];
-        for lane in 0..block.count() {
-            let c = self.cross(block, lane, &best.t);
-            let mut mask = c.near_mask | c.far_mask << 8;
-            if mask == 0 {
-                continue;
-            }
-            let distances = [c.near.store(), c.far.store()];
-            let (prim, threshold) = (block.prim[lane], block.threshold[lane]);
-            while mask != 0 {
-                let bit = mask.trailing_zeros();
-                mask &= mask - 1;
-                let (ray, crossing) = ((bit & 7) as usize, bit >> 3 & 1);
-                let t = distances[crossing as usize][ray];
-                let rank = rank::particle(prim, crossing);
-                if best.is_beaten_by(ray, t, rank)
-                    && is_stopped(self.keys[ray], prim, crossing, threshold)
-                {
-                    (best.t[ray], best.rank[ray]) = (t, rank);
-                }
-            }
-        }
-    }
-    #[inline(always)]
-    fn dim(&self, block: u32, best: &mut Best8, depth: &mut [u32; 8]) {
-        let block = &self.particles.blocks[block as usize];
-        for lane in 0..block.count() {
-            let c = self.cross(block, lane, &best.t);
-            let mut mask = c.near_mask | c.far_mask << 8;
-            while mask != 0 {
-                let ray = (mask.trailing_zeros() & 7) as usize;
-                mask &= mask - 1;
-                depth[ray] = depth[ray].saturating_add(block.depth[lane]);
-                if depth[ray] > BLOCKING_DEPTH {
-                    best.t[ray] = -1.0;
-                }
-            }
-        }
-    }
+/// Adds the depths of the particles' walls.
+#[inline(always)]
+pub(super) fn particles_dim8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Clouds8<'_, B>,
+    best: &mut Best8,
+    depth: &mut [u32; 8],
+) {
+    walk_dimming(leaf.particles.tree.nodes(), packet, leaf, best, depth);
 }

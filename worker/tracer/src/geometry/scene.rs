@@ -19,6 +19,8 @@ pub struct Geometry {
     pub(super) instances: Vec<Instance>,
     /// Leaves are instance numbers.
     pub(super) top: WideTree,
+    /// The only instance, if there is but one: it needs no tree above it.
+    pub(super) lone: Option<u32>,
     pub(super) particles: Option<Particles>,
     water_y: Option<f32>,
     pub(super) path: Path,
@@ -49,6 +51,11 @@ impl Geometry {
             });
         }
         let (boxes, owners) = instance_boxes(&meshes, &instances)?;
+        let lone = if let [only] = owners[..] {
+            Some(only)
+        } else {
+            None
+        };
         let top = match top_tree(&boxes, &owners, Splitter::Sah) {
             Err(BuildError::TooDeep { .. }) => top_tree(&boxes, &owners, Splitter::Median)?,
             other => other?,
@@ -57,6 +64,7 @@ impl Geometry {
             meshes,
             instances,
             top,
+            lone,
             particles,
             water_y,
             path: Path::detect(),

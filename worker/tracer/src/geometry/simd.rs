@@ -15,16 +15,20 @@ use std::mem::MaybeUninit;
 #[cfg(target_arch = "x86_64")]
 use std::ops::{Add, Div, Mul, Sub};
 
+#[cfg(target_arch = "x86_64")]
+use super::kernels::Best;
 use super::lanes::Portable;
 #[cfg(target_arch = "x86_64")]
 use super::lanes::{Backend, Floats, LaneMask};
 #[cfg(target_arch = "x86_64")]
-use super::kernels::Best;
-#[cfg(target_arch = "x86_64")]
 use super::mesh::TriMesh;
 use super::packet;
 #[cfg(target_arch = "x86_64")]
-use super::packet::{Best8, PacketRay, Triangles8};
+use super::packet::{Best8, PacketRay};
+#[cfg(target_arch = "x86_64")]
+use super::packet_leaves::{Clouds8, Triangles8};
+#[cfg(target_arch = "x86_64")]
+use super::particles::Particles;
 use super::ray::{Hit, Occlusion, Ray};
 use super::scene::Geometry;
 use super::single;
@@ -150,57 +154,55 @@ entry_points! {
 #[cfg(target_arch = "x86_64")]
 pub(super) struct Avx2;
 
+/// Each walk as a function of its own, compiled with AVX2.
 #[cfg(target_arch = "x86_64")]
-impl Backend for Avx2 {
-    type F4 = Sse4;
-    type F8 = Avx8;
-
-    // SAFETY, four times: an `Avx2` walk is only entered from the functions above,
-    // so the features were detected.
-    #[inline(always)]
-    fn mesh_closest(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
-        unsafe { mesh_closest_avx2(mesh, o, d, instance, best) }
-    }
-    #[inline(always)]
-    fn mesh_dim(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
-        unsafe { mesh_dim_avx2(mesh, o, d, t_max) }
-    }
-    #[inline(always)]
-    fn mesh_closest8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8) {
-        unsafe { mesh_closest8_avx2(packet, leaf, best) }
-    }
-    #[inline(always)]
-    fn mesh_dim8(packet: &PacketRay<Self>, leaf: &Triangles8<'_, Self>, best: &mut Best8, depth: &mut [u32; 8]) {
-        unsafe { mesh_dim8_avx2(packet, leaf, best, depth) }
-    }
+macro_rules! walks {
+    ($($name:ident, $wide:ident, ($($arg:ident: $type:ty),*) -> $ret:ty, $body:path;)*) => {
+        impl Backend for Avx2 {
+            type F4 = Sse4;
+            type F8 = Avx8;
+            $(
+                #[inline(always)]
+                fn $name($($arg: $type),*) -> $ret {
+                    // SAFETY: an `Avx2` walk is only entered from the entry points
+                    // above, so the features were detected.
+                    unsafe { $wide($($arg),*) }
+                }
+            )*
+        }
+        $(
+            #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
+            #[inline(never)]
+            fn $wide($($arg: $type),*) -> $ret {
+                use $body as body;
+                body::<Avx2>($($arg),*)
+            }
+        )*
+    };
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn mesh_closest_avx2(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
-    single::mesh_closest::<Avx2>(mesh, o, d, instance, best);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn mesh_dim_avx2(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
-    single::mesh_dim::<Avx2>(mesh, o, d, t_max)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn mesh_closest8_avx2(packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8) {
-    packet::mesh_closest8::<Avx2>(packet, leaf, best);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn mesh_dim8_avx2(packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) {
-    packet::mesh_dim8::<Avx2>(packet, leaf, best, depth);
+walks! {
+    mesh_closest, mesh_closest_avx2,
+        (mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) -> (), single::mesh_closest;
+    mesh_dim, mesh_dim_avx2,
+        (mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool, single::mesh_dim;
+    particles_closest, particles_closest_avx2,
+        (particles: &Particles, o: [f32; 3], d: [f32; 3], key: u64, best: &mut Best) -> (),
+        single::particles_closest;
+    particles_dim, particles_dim_avx2,
+        (particles: &Particles, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32) -> (),
+        single::particles_dim;
+    mesh_closest8, mesh_closest8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8) -> (), packet::mesh_closest8;
+    mesh_dim8, mesh_dim8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Triangles8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) -> (),
+        packet::mesh_dim8;
+    particles_closest8, particles_closest8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Clouds8<'_, Avx2>, best: &mut Best8) -> (), packet::particles_closest8;
+    particles_dim8, particles_dim8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Clouds8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) -> (),
+        packet::particles_dim8;
 }
 
 /// A vector type over a register, its mask type, and their operations.

@@ -40,17 +40,20 @@ pub(super) fn intersect<B: Backend, const PARTICLES: bool>(
         best.set(t, rank::WATER);
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let boxes = BoxRay::<B>::new(o, d);
-    walk_closest(
-        scene.top.nodes(),
-        0,
-        &boxes,
-        &Instances { scene, ray },
-        &mut best,
-    );
+    let instances = Instances { scene, ray };
+    if let Some(index) = scene.lone {
+        Leaf::<B>::closest(&instances, index, &mut best);
+    } else {
+        walk_closest(
+            scene.top.nodes(),
+            0,
+            &BoxRay::<B>::new(o, d),
+            &instances,
+            &mut best,
+        );
+    }
     if PARTICLES && let Some(particles) = &scene.particles {
-        let leaf = Clouds::<B>::new(particles, o, d, key);
-        walk_closest(particles.tree.nodes(), 0, &boxes, &leaf, &mut best);
+        B::particles_closest(particles, o, d, key, &mut best);
     }
     finish(&best)
 }
@@ -71,21 +74,24 @@ pub(super) fn transmittance<B: Backend, const PARTICLES: bool>(
         return Occlusion::BLOCKED;
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let boxes = BoxRay::<B>::new(o, d);
+    let instances = Instances { scene, ray };
     let mut depth = 0;
-    walk_dimming(
-        scene.top.nodes(),
-        &boxes,
-        &Instances { scene, ray },
-        &best,
-        &mut depth,
-    );
+    if let Some(index) = scene.lone {
+        Leaf::<B>::dim(&instances, index, &best, &mut depth);
+    } else {
+        walk_dimming(
+            scene.top.nodes(),
+            &BoxRay::<B>::new(o, d),
+            &instances,
+            &best,
+            &mut depth,
+        );
+    }
     if PARTICLES
         && depth <= BLOCKING_DEPTH
         && let Some(particles) = &scene.particles
     {
-        let leaf = Clouds::<B>::new(particles, o, d, 0);
-        walk_dimming(particles.tree.nodes(), &boxes, &leaf, &best, &mut depth);
+        B::particles_dim(particles, o, d, best.t, &mut depth);
     }
     Occlusion::from_depth(depth)
 }
@@ -110,7 +116,7 @@ pub(super) fn finish(best: &Best) -> Option<Hit> {
 /// Stack entry: entry distance above, child code below. Distances are not
 /// negative, so entries order by distance, then by child.
 #[inline(always)]
-fn entry(near: f32, child: u32) -> u64 {
+pub(super) fn entry(near: f32, child: u32) -> u64 {
     u64::from(near.to_bits()) << 32 | u64::from(child)
 }
 
@@ -197,9 +203,14 @@ fn walk_dimming<B: Backend, L: Leaf<B>>(
         } else {
             let node = &nodes[current as usize];
             let (mut mask, _) = hit_boxes::<B>(node, ray, best.cull);
-            while mask != 0 {
-                stack.push(u64::from(node.child[(mask.trailing_zeros() & 7) as usize]));
+            if mask != 0 {
+                current = node.child[(mask.trailing_zeros() & 7) as usize];
                 mask &= mask - 1;
+                while mask != 0 {
+                    stack.push(u64::from(node.child[(mask.trailing_zeros() & 7) as usize]));
+                    mask &= mask - 1;
+                }
+                continue;
             }
         }
         let Some(e) = stack.pop() else { return };
@@ -215,20 +226,72 @@ struct Instances<'a> {
 
 /// The closest hit of a ray with one mesh, both in mesh space.
 #[inline(always)]
-pub(super) fn mesh_closest<B: Backend>(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], instance: u32, best: &mut Best) {
-    let leaf = Triangles::<B> { mesh, ray: TriRay::new(o, d), instance };
+pub(super) fn mesh_closest<B: Backend>(
+    mesh: &TriMesh,
+    o: [f32; 3],
+    d: [f32; 3],
+    instance: u32,
+    best: &mut Best,
+) {
+    let leaf = Triangles::<B> {
+        mesh,
+        ray: TriRay::new(o, d),
+        instance,
+    };
     walk_closest(mesh.tree.nodes(), 0, &BoxRay::new(o, d), &leaf, best);
 }
 
 /// True if a ray meets one mesh at `0 < t <= t_max`, both in mesh space.
 #[inline(always)]
 pub(super) fn mesh_dim<B: Backend>(mesh: &TriMesh, o: [f32; 3], d: [f32; 3], t_max: f32) -> bool {
-    let leaf = Triangles::<B> { mesh, ray: TriRay::new(o, d), instance: 0 };
+    let leaf = Triangles::<B> {
+        mesh,
+        ray: TriRay::new(o, d),
+        instance: 0,
+    };
     let mut best = Best::new(t_max);
     best.set(t_max, rank::NOTHING);
     let mut depth = 0;
-    walk_dimming(mesh.tree.nodes(), &BoxRay::new(o, d), &leaf, &best, &mut depth);
+    walk_dimming(
+        mesh.tree.nodes(),
+        &BoxRay::new(o, d),
+        &leaf,
+        &best,
+        &mut depth,
+    );
     depth != 0
+}
+
+/// The closest wall of a particle that stops a ray.
+#[inline(always)]
+pub(super) fn particles_closest<B: Backend>(
+    particles: &Particles,
+    o: [f32; 3],
+    d: [f32; 3],
+    key: u64,
+    best: &mut Best,
+) {
+    let leaf = Clouds::<B>::new(particles, o, d, key);
+    walk_closest(particles.tree.nodes(), 0, &BoxRay::new(o, d), &leaf, best);
+}
+
+/// Adds the depths of the particles' walls at `0 < t <= t_max`.
+#[inline(always)]
+pub(super) fn particles_dim<B: Backend>(
+    particles: &Particles,
+    o: [f32; 3],
+    d: [f32; 3],
+    t_max: f32,
+    depth: &mut u32,
+) {
+    let leaf = Clouds::<B>::new(particles, o, d, 0);
+    walk_dimming(
+        particles.tree.nodes(),
+        &BoxRay::new(o, d),
+        &leaf,
+        &Best::until(t_max),
+        depth,
+    );
 }
 
 /// The closest hit of one ray with one instance.
@@ -240,6 +303,19 @@ pub(super) fn closest_in_instance<B: Backend>(
     best: &mut Best,
 ) {
     Leaf::<B>::closest(&Instances { scene, ray }, index, best);
+}
+
+/// The closest hit of one ray with the instances below a node of the top tree.
+#[inline(always)]
+pub(super) fn closest_below<B: Backend>(
+    scene: &Geometry,
+    ray: &Ray,
+    nodes: &[Node8],
+    root: u32,
+    best: &mut Best,
+) {
+    let boxes = BoxRay::<B>::new(ray.o.to_array(), ray.d.to_array());
+    walk_closest(nodes, root, &boxes, &Instances { scene, ray }, best);
 }
 
 /// What one instance does to one ray.
@@ -269,7 +345,13 @@ impl<B: Backend> Leaf<B> for Instances<'_> {
     fn closest(&self, index: u32, best: &mut Best) {
         let instance = &self.scene.instances[index as usize];
         if let Some((o, d)) = into_local(instance, self.ray) {
-            B::mesh_closest(&self.scene.meshes[instance.mesh as usize], o, d, index, best);
+            B::mesh_closest(
+                &self.scene.meshes[instance.mesh as usize],
+                o,
+                d,
+                index,
+                best,
+            );
         }
     }
     #[inline(always)]
@@ -324,7 +406,7 @@ impl<B: Backend> Leaf<B> for Triangles<'_, B> {
 }
 
 /// Leaves of the particles' tree: blocks of eight ellipsoids.
-struct Clouds<'a, B: Backend> {
+pub(super) struct Clouds<'a, B: Backend> {
     particles: &'a Particles,
     o: [B::F8; 3],
     d: [B::F8; 3],
@@ -333,7 +415,7 @@ struct Clouds<'a, B: Backend> {
 
 impl<'a, B: Backend> Clouds<'a, B> {
     #[inline(always)]
-    fn new(particles: &'a Particles, o: [f32; 3], d: [f32; 3], key: u64) -> Self {
+    pub(super) fn new(particles: &'a Particles, o: [f32; 3], d: [f32; 3], key: u64) -> Self {
         let splat = |x: [f32; 3]| [B::F8::splat(x[0]), B::F8::splat(x[1]), B::F8::splat(x[2])];
         Self {
             particles,
