@@ -5,5 +5,5 @@ mod sky;
 mod sun;
 
 pub use alias::AliasTable;
-pub use sky::{SkyLight, SkySample};
+pub use sky::{SkyLight, SkySample, SkySampling};
 pub use sun::SunLight;

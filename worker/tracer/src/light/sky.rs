@@ -1,7 +1,7 @@
 //! The sky: radiance from every direction, sampled by importance.
 
 use super::AliasTable;
-use crate::math::elementary::{acos, atan2, sin_cos};
+use crate::math::elementary::{atan2, sin_cos};
 use glam::Vec3;
 use std::f32::consts::PI;
 
@@ -29,7 +29,7 @@ pub struct SkySample {
     pub pdf: f32,
 }
 
-/// An equirectangular map with its sampling table.
+/// An equirectangular map, with sampling tables if they pay.
 #[derive(Clone, Debug)]
 pub struct SkyMap {
     width: usize,
@@ -37,12 +37,33 @@ pub struct SkyMap {
     rgb: Vec<[f32; 3]>,
     /// Turn about the vertical, as a share of a full turn.
     turn: f32,
+    mean: f32,
+    tables: Option<CellTables>,
+}
+
+/// When a map gets sampling tables.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SkySampling {
+    /// Only a map so uneven that its bright places would be hit by luck.
+    WhereItPays,
+    /// Any map.
+    Always,
+}
+
+/// From this contrast on (mean square over square of the mean, 1 for a constant
+/// sky) a map is sampled by importance beside the surfaces' own directions. A sky
+/// without its sun has 1.5 to 3; a lamp or a sun in the map has hundreds.
+const CONTRAST_MIN: f64 = 4.0;
+
+/// A distribution over blocks of texels.
+#[derive(Clone, Debug)]
+struct CellTables {
     cells_x: usize,
     cells_y: usize,
     /// Probability of a cell times the number of cells: the density in (u, v).
     density: Vec<f32>,
-    /// Which row of cells; absent when the map is black.
-    rows: Option<AliasTable>,
+    /// Which row of cells.
+    rows: AliasTable,
     /// Which cell of a row; absent for black rows. Two draws of 24 bits each leave
     /// both choices fine enough, where one draw for all cells would not.
     columns: Vec<Option<AliasTable>>,
@@ -53,26 +74,27 @@ impl SkyLight {
     /// (seen from above) by `rotation_deg`. Pixel values must be finite and not
     /// negative, and there must be `width * height` of them, at least one.
     #[must_use]
-    pub fn map(width: usize, height: usize, rgb: Vec<[f32; 3]>, rotation_deg: f64) -> Self {
+    pub fn map(width: usize, height: usize, rgb: Vec<[f32; 3]>, rotation_deg: f64, sampling: SkySampling) -> Self {
         let turn = rotation_deg / 360.0;
         let turn = (turn - libm::floor(turn)) as f32;
-        let (cells_x, cells_y, weights) = cell_weights(width, height, &rgb);
-        let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
-        let row_weights: Vec<f32> = weights.chunks(cells_x).map(|row| row.iter().sum()).collect();
-        let rows = AliasTable::new(&row_weights);
-        let columns = weights.chunks(cells_x).map(AliasTable::new).collect();
-        let scale = if total > 0.0 { weights.len() as f64 / total } else { 0.0 };
-        let density = weights.iter().map(|&w| (f64::from(w) * scale) as f32).collect();
-        Self::Map(Box::new(SkyMap { width, height, rgb, turn, cells_x, cells_y, density, rows, columns }))
+        let (mean, contrast) = mean_and_contrast(width, height, &rgb);
+        let pays = sampling == SkySampling::Always || contrast > CONTRAST_MIN;
+        let tables = if pays { CellTables::new(width, height, &rgb) } else { None };
+        Self::Map(Box::new(SkyMap { width, height, rgb, turn, mean: mean as f32, tables }))
     }
 
-    /// Mean radiance over all directions (of the brightest channel), and how uneven
-    /// it is: mean of the square over square of the mean, 1 for a constant sky.
+    /// Whether light comes so unevenly that sampling it pays.
     #[must_use]
-    pub fn mean_and_contrast(&self) -> (f32, f32) {
+    pub fn is_sampled(&self) -> bool {
+        matches!(self, Self::Map(map) if map.tables.is_some())
+    }
+
+    /// Mean radiance over all directions, of the brightest channel.
+    #[must_use]
+    pub fn mean(&self) -> f32 {
         match self {
-            Self::Constant(radiance) => (radiance.max_element(), 1.0),
-            Self::Map(map) => map.mean_and_contrast(),
+            Self::Constant(radiance) => radiance.max_element(),
+            Self::Map(map) => map.mean,
         }
     }
 
@@ -95,7 +117,7 @@ impl SkyLight {
             Self::Map(map) => {
                 let uv = map.uv(d);
                 let sin_theta = (1.0 - d.y * d.y).max(0.0).sqrt();
-                (map.lookup(uv), map.pdf(uv, sin_theta))
+                (map.lookup(uv), map.tables.as_ref().map_or(0.0, |tables| tables.pdf(uv, sin_theta)))
             }
         }
     }
@@ -121,27 +143,14 @@ impl SkyLight {
 }
 
 impl SkyMap {
-    fn mean_and_contrast(&self) -> (f32, f32) {
-        let (mut weight, mut sum, mut squares) = (0.0f64, 0.0f64, 0.0f64);
-        for (y, row) in self.rgb.chunks(self.width).enumerate() {
-            let sin_theta = libm::sin(std::f64::consts::PI * (y as f64 + 0.5) / self.height as f64);
-            for texel in row {
-                let light = f64::from(texel[0].max(texel[1]).max(texel[2]));
-                weight += sin_theta;
-                sum += sin_theta * light;
-                squares += sin_theta * light * light;
-            }
-        }
-        let mean = sum / weight;
-        (mean as f32, if mean > 0.0 { (squares / weight / (mean * mean)) as f32 } else { 1.0 })
-    }
-
     // u = 0.5 + azimuth from -z towards +x, v = angle from the zenith.
     #[inline]
     fn uv(&self, d: Vec3) -> [f32; 2] {
         let u = 0.5 + atan2(d.x, -d.z) * (0.5 / PI) - self.turn;
         let u = if u < 0.0 { u + 1.0 } else { u };
-        [if u < 1.0 { u } else { 0.0 }, acos(d.y.clamp(-1.0, 1.0)) * (1.0 / PI)]
+        // By atan2, not acos: it keeps its digits near the poles.
+        let theta = atan2((d.x * d.x + d.z * d.z).sqrt(), d.y);
+        [if u < 1.0 { u } else { 0.0 }, theta * (1.0 / PI)]
     }
 
     #[inline]
@@ -149,7 +158,7 @@ impl SkyMap {
         let x = uv[0] * self.width as f32 - 0.5;
         let y = (uv[1] * self.height as f32 - 0.5).clamp(0.0, (self.height - 1) as f32);
         // x is at least -0.5: shifted by one it truncates downwards.
-        let (column, row) = ((x + 1.0) as usize, y as usize);
+        let (column, row) = ((x + 1.0) as u32 as usize, y as u32 as usize);
         let (fx, fy) = (x + 1.0 - column as f32, y - row as f32);
         // `column` is the right neighbour here; the left one is before it.
         let left = if column == 0 { self.width - 1 } else { (column - 1).min(self.width - 1) };
@@ -162,29 +171,64 @@ impl SkyMap {
     }
 
     #[inline]
+    fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
+        let (uv, density) = self.tables.as_ref()?.sample(u)?;
+        let (sin_theta, cos_theta) = sin_cos(PI * uv[1]);
+        let turned = uv[0] + self.turn;
+        let turned = if turned >= 1.0 { turned - 1.0 } else { turned };
+        let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (turned - 0.5));
+        let wi = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
+        if sin_theta <= 0.0 {
+            return None;
+        }
+        Some(SkySample { wi, radiance: self.lookup(uv), pdf: density / (2.0 * PI * PI * sin_theta) })
+    }
+}
+
+impl CellTables {
+    fn new(width: usize, height: usize, rgb: &[[f32; 3]]) -> Option<Self> {
+        let (cells_x, cells_y, weights) = cell_weights(width, height, rgb);
+        let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
+        let row_weights: Vec<f32> = weights.chunks(cells_x).map(|row| row.iter().sum()).collect();
+        let rows = AliasTable::new(&row_weights)?;
+        let columns = weights.chunks(cells_x).map(AliasTable::new).collect();
+        let scale = weights.len() as f64 / total;
+        let density = weights.iter().map(|&w| (f64::from(w) * scale) as f32).collect();
+        Some(Self { cells_x, cells_y, density, rows, columns })
+    }
+
+    // Density per solid angle at (u, v).
+    #[inline]
     fn pdf(&self, uv: [f32; 2], sin_theta: f32) -> f32 {
         let x = ((uv[0] * self.cells_x as f32) as usize).min(self.cells_x - 1);
         let y = ((uv[1] * self.cells_y as f32) as usize).min(self.cells_y - 1);
         if sin_theta > 0.0 { self.density[y * self.cells_x + x] / (2.0 * PI * PI * sin_theta) } else { 0.0 }
     }
 
+    // A point (u, v) of the map and its density there.
     #[inline]
-    fn sample(&self, u: [f32; 2]) -> Option<SkySample> {
-        let (row, rest_v) = self.rows.as_ref()?.sample(u[0]);
+    fn sample(&self, u: [f32; 2]) -> Option<([f32; 2], f32)> {
+        let (row, rest_v) = self.rows.sample(u[0]);
         let (column, rest_u) = self.columns[row as usize].as_ref()?.sample(u[1]);
-        let v = (row as f32 + rest_v) / self.cells_y as f32;
-        let uv = [(column as f32 + rest_u) / self.cells_x as f32, v];
-        let (sin_theta, cos_theta) = sin_cos(PI * v);
-        let turned = uv[0] + self.turn;
-        let turned = if turned >= 1.0 { turned - 1.0 } else { turned };
-        let (sin_phi, cos_phi) = sin_cos(2.0 * PI * (turned - 0.5));
-        let wi = Vec3::new(sin_theta * sin_phi, cos_theta, -sin_theta * cos_phi);
         let density = self.density[row as usize * self.cells_x + column as usize];
-        if sin_theta <= 0.0 || density <= 0.0 {
-            return None;
-        }
-        Some(SkySample { wi, radiance: self.lookup(uv), pdf: density / (2.0 * PI * PI * sin_theta) })
+        let uv = [(column as f32 + rest_u) / self.cells_x as f32, (row as f32 + rest_v) / self.cells_y as f32];
+        (density > 0.0).then_some((uv, density))
     }
+}
+
+fn mean_and_contrast(width: usize, height: usize, rgb: &[[f32; 3]]) -> (f64, f64) {
+    let (mut weight, mut sum, mut squares) = (0.0f64, 0.0f64, 0.0f64);
+    for (y, row) in rgb.chunks(width).enumerate() {
+        let sin_theta = libm::sin(std::f64::consts::PI * (y as f64 + 0.5) / height as f64);
+        for texel in row {
+            let light = f64::from(texel[0].max(texel[1]).max(texel[2]));
+            weight += sin_theta;
+            sum += sin_theta * light;
+            squares += sin_theta * light * light;
+        }
+    }
+    let mean = sum / weight;
+    (mean, if mean > 0.0 { squares / weight / (mean * mean) } else { 1.0 })
 }
 
 // The integral of the interpolated luminance over each cell, up to a common
@@ -249,10 +293,19 @@ mod tests {
         rgb[row * width + 1000] = [1e6; 3];
         let theta = std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
         let omega = 2.0 * std::f64::consts::PI / width as f64 * (std::f64::consts::PI / height as f64) * libm::sin(theta);
-        let sky = SkyLight::map(width, height, rgb, 123.0);
+        let sky = SkyLight::map(width, height, rgb, 123.0, SkySampling::Always);
         let measured = irradiance(&sky, 1 << 18);
         let expected = 1e6 * omega * libm::cos(theta);
         assert!((measured / expected - 1.0).abs() < 0.01, "{measured} against {expected}");
+    }
+
+    #[test]
+    fn only_an_uneven_sky_is_sampled() {
+        let mut rgb = vec![[1.0; 3]; 32];
+        assert!(!SkyLight::map(8, 4, rgb.clone(), 0.0, SkySampling::WhereItPays).is_sampled());
+        rgb[12] = [1000.0; 3];
+        assert!(SkyLight::map(8, 4, rgb, 0.0, SkySampling::WhereItPays).is_sampled());
+        assert!(!SkyLight::Constant(Vec3::ONE).is_sampled());
     }
 
     #[test]
@@ -269,7 +322,7 @@ mod tests {
     fn sample_and_pdf_agree() {
         let (width, height) = (32usize, 16usize);
         let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [0.1 + (i * 37 % 101) as f32; 3]).collect();
-        let sky = SkyLight::map(width, height, rgb, 77.0);
+        let sky = SkyLight::map(width, height, rgb, 77.0, SkySampling::Always);
         let mut agreed = 0;
         for u in draws(4096) {
             let s = sky.sample(u).expect("light everywhere");
@@ -285,7 +338,7 @@ mod tests {
     fn sampled_directions_follow_the_density() {
         let (width, height) = (16usize, 8usize);
         let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [if i % 7 == 0 { 20.0 } else { 0.2 }; 3]).collect();
-        let sky = SkyLight::map(width, height, rgb, 0.0);
+        let sky = SkyLight::map(width, height, rgb, 0.0, SkySampling::Always);
         let SkyLight::Map(map) = &sky else { unreachable!("a map") };
         let (n, mut counts) = (1u32 << 18, vec![0u32; width * height]);
         for i in 0..n {
@@ -294,7 +347,7 @@ mod tests {
             let cell = |v: f32, n: usize| ((v * n as f32) as usize).min(n - 1);
             counts[cell(uv[1], height) * width + cell(uv[0], width)] += 1;
         }
-        let chi: f64 = counts.iter().zip(&map.density).map(|(&count, &density)| {
+        let chi: f64 = counts.iter().zip(&map.tables.as_ref().expect("tables").density).map(|(&count, &density)| {
             let expected = f64::from(density) / 128.0 * f64::from(n);
             (f64::from(count) - expected) * (f64::from(count) - expected) / expected
         }).sum();
@@ -306,7 +359,7 @@ mod tests {
     fn the_middle_column_looks_along_minus_z_and_columns_grow_to_plus_x() {
         let (width, height) = (64usize, 32usize);
         let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [(i % width) as f32, (i / width) as f32, 0.0]).collect();
-        let sky = SkyLight::map(width, height, rgb, 0.0);
+        let sky = SkyLight::map(width, height, rgb, 0.0, SkySampling::Always);
         let ahead = sky.radiance(Vec3::NEG_Z);
         assert!((ahead.x - 31.5).abs() < 1e-3 && (ahead.y - 15.5).abs() < 1e-3, "{ahead}");
         assert!(sky.radiance(Vec3::new(0.5, 0.0, -1.0).normalize()).x > 32.0);

@@ -94,8 +94,8 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
 
 #[inline]
 fn camera_hits<const PARTICLES: bool>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
-    let rays = paths.map(|p| p.ray);
-    let keys = paths.map(|p| p.stream.segment_key(0));
+    let rays = std::array::from_fn(|lane| paths[lane].ray);
+    let keys = std::array::from_fn(|lane| paths[lane].stream.segment_key(0));
     scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
 }
 
@@ -136,10 +136,10 @@ fn sun_packet<const PARTICLES: bool>(
         }
         return;
     }
-    let rays = sun_rays.map(|r| r.map_or(some.ray, |r| r.ray));
+    let rays = std::array::from_fn(|lane| sun_rays[lane].as_ref().map_or(some.ray, |shadow| shadow.ray));
     let seen = scene.geometry.transmittance_depth8::<PARTICLES>(&rays);
     for lane in 0..LANES {
-        if let Some(shadow) = sun_rays[lane] {
+        if let Some(shadow) = &sun_rays[lane] {
             results[lane].radiance += shadow.contribution * transmittance(seen[lane]);
         }
     }

@@ -7,7 +7,7 @@ use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::camera::Camera;
 use crate::cloud;
 use crate::geometry::{BuildError, Ellipsoid, Geometry, Instance, Particles, TriMesh};
-use crate::light::{SkyLight, SunLight};
+use crate::light::{SkyLight, SkySampling, SunLight};
 use crate::load::{load_mesh, load_sky, resolve_materials};
 use crate::water::Sea;
 use glam::{DVec3, Vec3};
@@ -18,10 +18,6 @@ use shearwater_shared::scene::{self, Material, SceneDescription, SceneError, Sky
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// From this contrast on (see [`SkyLight::mean_and_contrast`]) the sky is sampled
-/// by importance beside the surfaces' own directions. A cloudy or clear sky
-/// without its sun has 1.5 to 3; a lamp or a sun in the map has hundreds.
-const SKY_CONTRAST_MIN: f32 = 4.0;
 /// Share of the sky's mean radiance below which a light sample is faint.
 const FAINT_SHARE: f32 = 0.05;
 
@@ -75,13 +71,12 @@ impl Scene {
         let geometry = Geometry::build(trees, placed, particles, water_y).map_err(|e| geometry_error(".", &e))?;
         let geometry = if options.portable_simd { geometry.without_avx2() } else { geometry };
         let sky = build_sky(description, assets)?;
-        let (mean, contrast) = sky.as_ref().map_or((0.0, 1.0), SkyLight::mean_and_contrast);
         let scene = Self {
             geometry,
             camera: Camera::new(&description.camera, settings.width, settings.height),
+            sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),
+            faint: sky.as_ref().map_or(0.0, SkyLight::mean) * FAINT_SHARE,
             sky,
-            sample_sky: contrast > SKY_CONTRAST_MIN,
-            faint: mean * FAINT_SHARE,
             sun: description.sun.as_ref().and_then(SunLight::new),
             water: build_water(sea.as_ref(), &tables)?,
             tables,
@@ -190,7 +185,7 @@ fn build_sky(description: &SceneDescription, assets: &Assets) -> Result<Option<S
             for value in image.rgb.iter_mut().flatten() {
                 *value *= map.intensity;
             }
-            Some(SkyLight::map(image.width as usize, image.height as usize, image.rgb, map.rotation_deg))
+            Some(SkyLight::map(image.width as usize, image.height as usize, image.rgb, map.rotation_deg, SkySampling::WhereItPays))
         }
     })
 }

@@ -1,13 +1,15 @@
 //! Water: a plane to the horizon whose normals come from a wave spectrum.
 
+mod picture;
 mod slopes;
 mod spectrum;
 
+pub use picture::{HeightPictureError, HeightPictures, height_pictures};
 pub use slopes::{SlopeMap, Slopes};
 pub use spectrum::{HeightField, height_field};
 
 use glam::Vec2;
-use shearwater_shared::scene::{TessendorfWater, Water};
+use shearwater_shared::scene::Water;
 
 /// A built sea.
 #[derive(Clone, Debug)]
@@ -72,11 +74,4 @@ impl Sea {
         let Slopes { slope, variance } = self.slopes.lookup(tile, footprint_m * self.per_metre);
         WaterPoint { slope, alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0) }
     }
-}
-
-/// The sea's height field as (grid, heights in metres row by row along z).
-#[must_use]
-pub fn heights(sea: &TessendorfWater) -> (usize, Vec<f32>) {
-    let field = height_field(sea);
-    (field.n, field.height.iter().map(|&h| h as f32).collect())
 }

@@ -129,10 +129,10 @@ fn transpose(values: &mut [Complex<f64>], n: usize) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
 
-    fn sea() -> TessendorfWater {
+    pub(in crate::water) fn sea() -> TessendorfWater {
         TessendorfWater {
             height_m: 0.0,
             grid: 128,
