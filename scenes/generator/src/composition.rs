@@ -31,7 +31,7 @@ const PLANES: [Pose; 2] = [
         propellers_deg: [12.0, 47.0],
     },
     Pose {
-        place: vec3(-15.0, 14.6, -55.0),
+        place: vec3(-14.5, 12.0, -53.0),
         rotate_deg: (1.0, 141.0, 10.0),
         propellers_deg: [70.0, 25.0],
     },

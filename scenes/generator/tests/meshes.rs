@@ -2,6 +2,7 @@
 //! coordinates inside the texture.
 
 use shearwater_scenes::mesh::{Face, Mesh, NO_UV};
+use shearwater_scenes::vec3::vec3;
 use shearwater_scenes::{bridge, land, plane};
 use std::collections::BTreeMap;
 
@@ -145,5 +146,30 @@ fn the_plane_has_the_size_it_claims() {
             .map(|c| mesh.positions[c.position as usize].x)
             .sum();
         assert!(sum.abs() < 1e-6, "{name} leans to one side: {sum}");
+    }
+}
+
+/// Written positions are rounded; no triangle may lose its area by that.
+#[test]
+fn rounding_leaves_no_face_without_area() {
+    for (name, mesh, decimals) in [
+        ("plane", plane::mesh(), 1e4),
+        ("propeller", plane::propeller_mesh(), 1e4),
+        ("bridge", bridge::mesh(), 1e3),
+        ("headland", land::mesh(), 1e1),
+    ] {
+        let round = |v: f64| (v * decimals).round() / decimals;
+        for face in mesh.parts.iter().flat_map(|p| &p.faces) {
+            let points: Vec<_> = face
+                .corners()
+                .iter()
+                .map(|c| mesh.positions[c.position as usize])
+                .map(|p| vec3(round(p.x), round(p.y), round(p.z)))
+                .collect();
+            for i in 1..points.len() - 1 {
+                let area = (points[i] - points[0]).cross(points[i + 1] - points[0]);
+                assert!(area.length() > 0.0, "{name}: {points:?}");
+            }
+        }
     }
 }

@@ -77,7 +77,7 @@ fn ring(radius: f64, turn: f64) -> Vec<Vec3> {
         radius,
     );
     let past = ((radius - 1.10) / (PROPELLER_RADIUS - 1.10)).clamp(0.0, 1.0);
-    let chord = chord * (1.0 - past * past).max(0.0004).sqrt();
+    let chord = chord * (1.0 - past * past).max(0.01).sqrt();
     let thickness = pchip(
         &[
             (0.10, 0.95),

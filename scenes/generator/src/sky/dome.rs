@@ -46,7 +46,7 @@ pub(super) fn clear(direction: Vec3, to_sun: Vec3) -> Radiance {
     let violet = blend([0.30, 0.17, 0.40], [0.46, 0.085, 0.24], warm);
     let lift = (up - 0.19) / 0.165;
     sky = add(sky, violet, libm::exp(-lift * lift));
-    let orange = blend([0.27, 0.14, 0.17], [2.25, 0.47, 0.015], warm);
+    let orange = blend([0.40, 0.19, 0.21], [2.25, 0.47, 0.015], warm);
     sky = add(sky, orange, libm::exp(-up / 0.105));
     let glow = blend([0.02, 0.02, 0.05], [1.20, 0.42, 0.03], warm * facing);
     sky = add(sky, glow, libm::exp(-up / 0.035));
