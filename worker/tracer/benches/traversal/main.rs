@@ -270,12 +270,14 @@ fn main() {
             let mut group = criterion.benchmark_group(scene.name);
             group.throughput(Throughput::Elements(COUNT as u64));
             group.bench_function("primary", |b| {
-                b.iter(|| tracers[1].1.closest(&rays.primary))
+                b.iter(|| tracers[1].1.closest(&rays.primary));
             });
             group.bench_function("diffuse", |b| {
-                b.iter(|| tracers[0].1.closest(&rays.diffuse))
+                b.iter(|| tracers[0].1.closest(&rays.diffuse));
             });
-            group.bench_function("shadow", |b| b.iter(|| tracers[1].1.occluded(&rays.shadow)));
+            group.bench_function("shadow", |b| {
+                b.iter(|| tracers[1].1.occluded(&rays.shadow));
+            });
             group.finish();
         }
     }

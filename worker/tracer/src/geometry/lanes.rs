@@ -7,9 +7,10 @@
 
 use std::ops::{Add, Div, Mul, Sub};
 
+use super::best8::Best8;
 use super::kernels::Best;
 use super::mesh::TriMesh;
-use super::packet::{self, Best8, PacketRay};
+use super::packet::{self, PacketRay};
 use super::packet_leaves::{Clouds8, Triangles8};
 use super::particles::Particles;
 use super::single;
@@ -172,17 +173,17 @@ macro_rules! array_operator {
             #[inline(always)]
             fn $method(mut self, other: Self) -> Self {
                 for (a, b) in self.0.iter_mut().zip(other.0) {
-                    *a = *a $op b;
+                    *a $op b;
                 }
                 self
             }
         }
     };
 }
-array_operator!(Add, add, +);
-array_operator!(Sub, sub, -);
-array_operator!(Mul, mul, *);
-array_operator!(Div, div, /);
+array_operator!(Add, add, +=);
+array_operator!(Sub, sub, -=);
+array_operator!(Mul, mul, *=);
+array_operator!(Div, div, /=);
 
 impl<const N: usize> Floats<N> for Array<N> {
     type Mask = Bits;

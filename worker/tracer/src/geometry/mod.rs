@@ -10,11 +10,13 @@
 //! ties go by a fixed rank. So single rays and packets, the AVX2 path and the
 //! portable one, agree bit for bit.
 
+mod best8;
 mod collapse;
 mod ellipsoid;
 mod instance;
 mod kernels;
 mod lanes;
+mod leaves;
 mod mesh;
 mod offset;
 mod packet;

@@ -8,7 +8,8 @@
 //! packets"). Every lane does the operations of a single ray, so the answers are
 //! the same bits; rays that disagree in direction are walked one by one.
 
-use super::kernels::{Best, CULL_SLACK, FAR_SLACK, sign};
+use super::best8::Best8;
+use super::kernels::{CULL_SLACK, FAR_SLACK, sign};
 use super::lanes::{Backend, Floats, LaneMask};
 use super::packet_leaves::{Clouds8, Instances8, Triangles8};
 use super::ray::{Hit, Occlusion, Ray, rank};
@@ -19,48 +20,6 @@ use super::wide::{LEAF, Node8};
 
 /// Eight vectors, `[axis][lane]`.
 pub(super) type Axes = [[f32; 8]; 3];
-
-/// The best hits of eight rays.
-pub(super) struct Best8 {
-    pub(super) t: [f32; 8],
-    pub(super) rank: [u64; 8],
-    pub(super) v: [f32; 8],
-    pub(super) w: [f32; 8],
-    pub(super) det: [f32; 8],
-}
-
-impl Best8 {
-    #[inline(always)]
-    fn new(t_max: impl Fn(usize) -> f32) -> Self {
-        let t = std::array::from_fn(|lane| Best::new(t_max(lane)).t);
-        Self {
-            t,
-            rank: [rank::NOTHING; 8],
-            v: [0.0; 8],
-            w: [0.0; 8],
-            det: [1.0; 8],
-        }
-    }
-
-    #[inline(always)]
-    pub(super) fn lane(&self, lane: usize) -> Best {
-        let mut best = Best::new(0.0);
-        best.set(self.t[lane], self.rank[lane]);
-        (best.v, best.w, best.det) = (self.v[lane], self.w[lane], self.det[lane]);
-        best
-    }
-
-    #[inline(always)]
-    pub(super) fn set_lane(&mut self, lane: usize, best: &Best) {
-        (self.t[lane], self.rank[lane]) = (best.t, best.rank);
-        (self.v[lane], self.w[lane], self.det[lane]) = (best.v, best.w, best.det);
-    }
-
-    #[inline(always)]
-    pub(super) fn is_beaten_by(&self, lane: usize, t: f32, rank: u64) -> bool {
-        t < self.t[lane] || (t == self.t[lane] && rank < self.rank[lane])
-    }
-}
 
 /// Eight rays that agree in the sign of every component, and their interval.
 pub(super) struct PacketRay<B: Backend> {

@@ -1,14 +1,16 @@
 //! What eight rays do at the leaves: see `packet`.
 
+use super::best8::Best8;
 use super::ellipsoid::{Crossings, cross_ellipsoids, is_stopped};
 use super::kernels::{Best, BoxRay, TriHits, TriRay, hit_sheared, sheared_axes};
 use super::lanes::{Backend, Floats};
+use super::leaves::{Clouds, Triangles, into_local};
 use super::mesh::{Tri4, TriMesh};
-use super::packet::{Axes, Best8, Leaf8, PacketRay, each_lane, put};
+use super::packet::{Axes, Leaf8, PacketRay, each_lane, put};
 use super::particles::{Ellipsoid8, Particles};
 use super::ray::{BLOCKING_DEPTH, Ray, rank};
 use super::scene::Geometry;
-use super::single::{self, Clouds, Leaf, Triangles, into_local, walk_closest};
+use super::single::{self, Leaf, walk_closest};
 use super::wide::Node8;
 
 /// Leaves of the top tree.
@@ -211,11 +213,9 @@ impl<B: Backend> Leaf8<B> for Triangles8<'_, B> {
             let Some(hits) = self.hit(block, lane, &best.t) else {
                 continue;
             };
-            for ray in 0..8 {
-                if hits.mask >> ray & 1 == 1 {
-                    (best.t[ray], depth[ray]) = (-1.0, u32::MAX);
-                }
-            }
+            each_lane(hits.mask, |ray| {
+                (best.t[ray], depth[ray]) = (-1.0, u32::MAX);
+            });
         }
     }
 }

@@ -16,6 +16,8 @@ use std::mem::MaybeUninit;
 use std::ops::{Add, Div, Mul, Sub};
 
 #[cfg(target_arch = "x86_64")]
+use super::best8::Best8;
+#[cfg(target_arch = "x86_64")]
 use super::kernels::Best;
 use super::lanes::Portable;
 #[cfg(target_arch = "x86_64")]
@@ -24,7 +26,7 @@ use super::lanes::{Backend, Floats, LaneMask};
 use super::mesh::TriMesh;
 use super::packet;
 #[cfg(target_arch = "x86_64")]
-use super::packet::{Best8, PacketRay};
+use super::packet::PacketRay;
 #[cfg(target_arch = "x86_64")]
 use super::packet_leaves::{Clouds8, Triangles8};
 #[cfg(target_arch = "x86_64")]
