@@ -107,7 +107,7 @@ async fn refused(farm: &Farm, part: &PartUpload, word: &str) {
 }
 
 #[tokio::test]
-async fn results_that_cannot_be_are_refused_and_change_nothing() {
+async fn damaged_results_are_refused_and_change_nothing() {
     let farm = start().await;
     let job = farm.submit().await;
     let lease = farm.lease("w", 1e6).await.expect("work");
@@ -138,6 +138,16 @@ async fn results_that_cannot_be_are_refused_and_change_nothing() {
         .expect("answer");
     problem(untyped, 415, "media-type").await;
 
+    let after = farm.job(job.id).await;
+    assert_eq!(after.units_done, 0);
+}
+
+#[tokio::test]
+async fn sums_that_cannot_be_are_refused_and_change_nothing() {
+    let farm = start().await;
+    let job = farm.submit().await;
+    let lease = farm.lease("w", 1e6).await.expect("work");
+    let good = part(&job, lease.id, &lease.runs[0], "w");
     let with = |change: &dyn Fn(&mut PartUpload)| {
         let mut part = good.clone();
         change(&mut part);
