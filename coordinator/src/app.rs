@@ -5,6 +5,7 @@ use crate::objects::Objects;
 use crate::store::Store;
 use std::fmt::Write;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 use tokio::sync::{Semaphore, watch};
 
@@ -35,7 +36,7 @@ pub(crate) struct App {
     pub(crate) results: Semaphore,
     pub(crate) uploads: Semaphore,
     pub(crate) develops: Semaphore,
-    pub(crate) waiters: Semaphore,
+    pub(crate) waiters: Arc<Semaphore>,
 }
 
 /// A computation did not come to its end: it panicked, or the process ends.
@@ -63,7 +64,7 @@ impl App {
             results: Semaphore::new(RESULTS_MAX),
             uploads: Semaphore::new(UPLOADS_MAX),
             develops: Semaphore::new(DEVELOPS_MAX),
-            waiters: Semaphore::new(WAITERS_MAX),
+            waiters: Arc::new(Semaphore::new(WAITERS_MAX)),
         })
     }
 

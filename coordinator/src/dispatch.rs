@@ -91,12 +91,12 @@ async fn claim(
         units_max,
         avoid_failed: count > 0,
     };
-    let plan = row.plan();
+    let (plan, threads) = (row.plan(), request.threads);
     let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
     app.store
         .claim(
             &query,
-            move |ready| cut_runs(ready, &plan, units_max),
+            move |ready| cut_runs(ready, &plan, threads),
             now_ms,
             until_ms,
         )

@@ -28,7 +28,9 @@ fn render_with_two_threads() {
 fn render_without_avx2() {
     let folder = tempfile::tempdir().expect("temporary folder");
     let scene = scene::write(folder.path());
-    assert_eq!(render_as(&scene, &[], "portable"), right_answer());
+    let (hash, log) = render_as(&scene, &[], "portable");
+    assert!(log.contains("portable_simd=true"), "{log}");
+    assert_eq!(hash, right_answer());
 }
 
 #[test]

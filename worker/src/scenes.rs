@@ -147,7 +147,7 @@ impl Scenes {
             .map_err(|e| SceneFailure::Report(FailureKind::Worker, e.to_string()))?
             .map_err(|(kind, text)| SceneFailure::Report(kind, text))?;
         let seconds = started.elapsed().as_secs_f64();
-        tracing::info!(frame, seconds, "scene built");
+        tracing::info!(frame, seconds, portable_simd, "scene built");
         for note in &report.notes {
             tracing::info!("{note}");
         }

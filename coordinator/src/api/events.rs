@@ -13,7 +13,7 @@ use shearwater_shared::job::JobId;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::watch;
+use tokio::sync::{OwnedSemaphorePermit, watch};
 
 /// Pause between two events: people see no more, and hundreds of watchers cost
 /// little.
@@ -39,6 +39,7 @@ pub(crate) async fn events(
 }
 
 struct Watcher {
+    _permit: OwnedSemaphorePermit,
     app: Arc<App>,
     id: JobId,
     sent_rev: i64,
@@ -51,7 +52,9 @@ fn job_events(
     app: Arc<App>,
     id: JobId,
 ) -> Result<impl Stream<Item = Result<Event, Infallible>>, ApiError> {
+    let waiters = Arc::clone(&app.waiters);
     let watcher = Watcher {
+        _permit: waiters.try_acquire_owned().map_err(|_| ApiError::Busy)?,
         id,
         sent_rev: -1,
         last: false,
@@ -59,9 +62,6 @@ fn job_events(
         stopping: app.stopping.subscribe(),
         app,
     };
-    if watcher.app.waiters.available_permits() == 0 {
-        return Err(ApiError::Busy);
-    }
     Ok(stream::unfold(watcher, |mut watcher| async move {
         let event = watcher.next_event().await?;
         Some((Ok(event), watcher))

@@ -159,7 +159,9 @@ mod tests {
 
     #[test]
     fn overdue_runs_come_first_whoever_asks() {
-        let leases = [lease("dead", 1000.0, 0..2), lease("busy", 1000.0, 10..40)];
+        let mut busy = lease("busy", 1000.0, 10..40);
+        busy.created_ms = 19_000;
+        let leases = [lease("dead", 1000.0, 0..2), busy];
         let runs = runs_to_reissue(&leases, &helper(1000.0), 20_000);
         assert_eq!(runs[..2], [run(0), run(1)]);
         assert_eq!(runs_to_reissue(&leases, &helper(0.0), 20_000), [run(0)]);

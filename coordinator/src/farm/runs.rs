@@ -14,18 +14,26 @@ pub struct Unit {
     pub block: u32,
 }
 
+/// Runs of one lease that each thread of a worker should get at least: a thread
+/// renders one run at a time, so with two of them none waits for long.
+const RUNS_PER_THREAD: usize = 2;
+
 /// Join neighbouring units (sorted, each once) to runs: contiguous blocks of
-/// one tile, as long as the fixed point allows, at most [`LEASE_RUNS_MAX`].
-/// A last run that `wanted` cut off inside its tile is left for the next lease
-/// if at least half of what was wanted remains: fewer, larger parts.
+/// one tile, as long as the fixed point and the worker's threads allow, at most
+/// [`LEASE_RUNS_MAX`].
 #[must_use]
-pub fn cut_runs(ready: &[Unit], plan: &Plan, wanted: usize) -> Vec<Run> {
+pub fn cut_runs(ready: &[Unit], plan: &Plan, threads: u32) -> Vec<Run> {
+    let shares = RUNS_PER_THREAD.saturating_mul(threads.max(1) as usize);
+    let blocks_max = u32::try_from(ready.len() / shares)
+        .unwrap_or(u32::MAX)
+        .max(1);
     let mut runs: Vec<Run> = Vec::new();
     for unit in ready {
         let fits = runs.last_mut().filter(|run| {
             run.frame == unit.frame
                 && run.tile == unit.tile
                 && run.block1 == unit.block
+                && run.block1 - run.block0 < blocks_max
                 && samples_with(run, plan) <= RUN_SAMPLES_PER_HALF_MAX
         });
         if let Some(run) = fits {
@@ -41,13 +49,6 @@ pub fn cut_runs(ready: &[Unit], plan: &Plan, wanted: usize) -> Vec<Run> {
             block0: unit.block,
             block1: unit.block + 1,
         });
-    }
-    let cut_off = ready.len() >= wanted;
-    if let [.., _, last] = runs[..] {
-        let remaining = ready.len() - (last.block1 - last.block0) as usize;
-        if cut_off && last.block1 < plan.blocks() && 2 * remaining >= wanted {
-            runs.pop();
-        }
     }
     runs
 }
@@ -102,33 +103,25 @@ mod tests {
         let plan = plan(1024); // 8 blocks
         let ready = [units(0, 0..3), units(0, 5..8), units(1, 0..8)].concat();
         assert_eq!(
-            cut_runs(&ready, &plan, 100),
-            [run(0, 0, 3), run(0, 5, 8), run(1, 0, 8)]
+            cut_runs(&ready, &plan, 1),
+            [run(0, 0, 3), run(0, 5, 8), run(1, 0, 7), run(1, 7, 8)]
         );
     }
 
     #[test]
-    fn leaves_a_tile_whole_if_that_costs_little() {
+    fn every_thread_gets_two_runs_if_there_are_units() {
         let plan = plan(1024);
-        let ready = [units(0, 0..8), units(1, 0..2)].concat();
-        assert_eq!(cut_runs(&ready, &plan, 10), [run(0, 0, 8)]);
-        let ready = [units(0, 6..8), units(1, 0..6)].concat();
-        assert_eq!(
-            cut_runs(&ready, &plan, 8).len(),
-            2,
-            "half of it would be lost"
-        );
-        assert_eq!(
-            cut_runs(&units(0, 0..3), &plan, 3),
-            [run(0, 0, 3)],
-            "never nothing"
-        );
+        let ready = [units(0, 0..8), units(1, 0..8)].concat();
+        assert_eq!(cut_runs(&ready, &plan, 1).len(), 2);
+        assert_eq!(cut_runs(&ready, &plan, 4).len(), 8);
+        assert_eq!(cut_runs(&ready, &plan, 1000).len(), 16);
+        assert_eq!(cut_runs(&[], &plan, 4), []);
     }
 
     #[test]
     fn a_run_never_outgrows_the_fixed_point() {
         let plan = plan(1 << 20);
-        for run in cut_runs(&units(0, 0..500), &plan, 10_000) {
+        for run in cut_runs(&units(0, 0..500), &plan, 1) {
             let range = plan.sample_range(&run).expect("run of the plan");
             assert!(range.end - range.start <= RUN_SAMPLES_PER_HALF_MAX);
         }
@@ -142,7 +135,7 @@ mod tests {
                 .iter()
                 .map(|&(tile, block)| Unit { frame: 0, tile, block })
                 .collect();
-            let runs = cut_runs(&ready, &plan, usize::MAX);
+            let runs = cut_runs(&ready, &plan, 2);
             let covered: Vec<Unit> = runs
                 .iter()
                 .flat_map(|r| units(r.tile, r.block0..r.block1))

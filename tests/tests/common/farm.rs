@@ -124,16 +124,17 @@ pub(crate) fn worker_for(url: &str, threads: u32) -> Process {
 
 /// `render` the scene; the film's hash.
 pub(crate) fn render(scene: &Path, more: &[&str]) -> String {
-    render_as(scene, more, "auto")
+    render_as(scene, more, "auto").0
 }
 
-/// `render` with one of the copies of the traversal.
-pub(crate) fn render_as(scene: &Path, more: &[&str], simd: &str) -> String {
+/// `render` with one of the copies of the traversal; the film's hash and the log.
+pub(crate) fn render_as(scene: &Path, more: &[&str], simd: &str) -> (String, String) {
     let out = tempfile::tempdir().expect("temporary folder");
-    let mut command = command(["render", "--json", "-o"]);
+    let mut command = command(["render", "--json", "-v", "-o"]);
     command.arg(out.path()).arg(scene).args(more);
     command.env("SHEARWATER_SIMD", simd);
-    hash_of(&Process::start(&mut command).end().ok().json()["film_hash"])
+    let ended = Process::start(&mut command).end().ok();
+    (hash_of(&ended.json()["film_hash"]), ended.stderr)
 }
 
 /// A JSON value that must be a hash.

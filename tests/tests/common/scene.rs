@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-/// Picture size and samples of [`write`]: 8 tiles of 4 blocks, so that leases,
+/// Picture size and samples of [`write`]: 8 tiles of 2 blocks, so that leases,
 /// kills and restarts fall into the middle of it.
 pub(crate) const WIDTH: u32 = 256;
 /// See [`WIDTH`].
 pub(crate) const HEIGHT: u32 = 128;
 /// See [`WIDTH`].
-pub(crate) const SAMPLES: u32 = 512;
+pub(crate) const SAMPLES: u32 = 256;
 
 const SCENE: &str = r#"{
   "version": 1,

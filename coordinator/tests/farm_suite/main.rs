@@ -1,0 +1,10 @@
+//! The coordinator as its clients see it: a real listener, made-up workers.
+
+mod assets;
+mod farm;
+mod hostile;
+mod jobs;
+mod leases;
+mod pictures;
+mod restart;
+mod results;

@@ -1,0 +1,279 @@
+//! One promise after the other, on a store that may hold other jobs.
+
+use shearwater_coordinator::farm::{Unit, cut_runs};
+use shearwater_coordinator::store::{
+    Claimed, CommitOutcome, FoldTask, FrameTile, JobFilter, NewJob, PartRecord, ReadyQuery, Store,
+    Submitted,
+};
+use shearwater_shared::film::TileError;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::{JobId, Manifest, RenderSettings};
+use shearwater_shared::plan::{Plan, Run};
+
+pub(crate) const SETTINGS: RenderSettings = RenderSettings {
+    width: 96,
+    height: 80,
+    samples: 512,
+    seed: 0,
+    frames: 3,
+};
+
+pub(crate) async fn submit(store: &Store) -> JobId {
+    let new = NewJob {
+        name: "job".into(),
+        manifest: Manifest {
+            scene: ContentHash::of(b"scene"),
+            files: [].into(),
+        },
+        settings: SETTINGS,
+        post: shearwater_shared::scene::Post::default(),
+        priority: 0,
+        idempotency: None,
+    };
+    match store.submit(&new, 1).await.expect("submit") {
+        Submitted::New(id) => id,
+        other => panic!("{other:?}"),
+    }
+}
+
+pub(crate) async fn claim(
+    store: &Store,
+    job: JobId,
+    units_max: usize,
+    now_ms: i64,
+    until_ms: i64,
+) -> Option<Claimed> {
+    let query = ReadyQuery {
+        job,
+        worker: "w".into(),
+        units_max,
+        avoid_failed: false,
+    };
+    let cut = |ready: &[Unit]| cut_runs(ready, &Plan::new(&SETTINGS), 1);
+    store
+        .claim(&query, cut, now_ms, until_ms)
+        .await
+        .expect("claim")
+}
+
+pub(crate) fn part(job: JobId, run: Run, lease: i64, nonce: u64) -> PartRecord {
+    PartRecord {
+        job,
+        run,
+        lease,
+        worker: "w".into(),
+        sums_hash: ContentHash::of(format!("{run:?}").as_bytes()),
+        object: format!("part/{job}/{run:?}/{nonce}"),
+        samples: Plan::new(&SETTINGS).run_samples(&run),
+        core_us: 1,
+        bad_samples: 0,
+        depth_cap_hits: 0,
+    }
+}
+
+pub(crate) async fn run(store: &Store) {
+    frames_are_made_when_they_are_needed(store).await;
+    racing_overlapping_commits_never_tear(store).await;
+    racing_folds_take_every_part_once(store).await;
+    what_ended_stays_ended(store).await;
+    expiry_frees_and_late_results_count(store).await;
+    everything_of_a_deleted_job_goes(store).await;
+}
+
+async fn frames_are_made_when_they_are_needed(store: &Store) {
+    let job = submit(store).await;
+    let states = async |frame| {
+        let states = store.tile_states(job, frame, 0, 99).await;
+        states.expect("tiles").len()
+    };
+    assert_eq!(states(0).await, 0, "nothing before the first claim");
+    let first = claim(store, job, 10, 1, 100).await.expect("frame 0");
+    assert_eq!((states(0).await, states(1).await), (4, 0));
+    assert!(first.runs.iter().all(|run| run.frame == 0));
+    // 6 units are left of frame 0: the claim reaches into frame 1.
+    let second = claim(store, job, 10, 1, 100).await.expect("frames 0 and 1");
+    let frames: Vec<u32> = second.runs.iter().map(|run| run.frame).collect();
+    assert!(frames.contains(&0) && frames.contains(&1), "{frames:?}");
+    let mut units = 20;
+    while let Some(more) = claim(store, job, 10, 1, 100).await {
+        units += more
+            .runs
+            .iter()
+            .map(|run| run.block1 - run.block0)
+            .sum::<u32>();
+    }
+    assert_eq!(units, 3 * 16, "every unit of every frame, once");
+    let row = store.job(job).await.expect("read").expect("job");
+    assert_eq!((row.units_leased, row.units_total()), (48, 48));
+}
+
+async fn racing_overlapping_commits_never_tear(store: &Store) {
+    let job = submit(store).await;
+    let claimed = claim(store, job, 16, 1, 1000).await.expect("frame 0");
+    for tile in 0..4 {
+        let mut racers = tokio::task::JoinSet::new();
+        for racer in 0..12u32 {
+            let store = store.clone();
+            let block0 = racer % 4;
+            let block1 = (block0 + 1 + racer / 4).min(4);
+            let run = Run {
+                frame: 0,
+                tile,
+                block0,
+                block1,
+            };
+            racers.spawn(async move {
+                let record = part(job, run, claimed.id, racer.into());
+                (run, store.commit(&record, 2).await.expect("commit"))
+            });
+        }
+        let mut counted = Vec::new();
+        while let Some(race) = racers.join_next().await {
+            let (run, outcome) = race.expect("task");
+            if outcome == CommitOutcome::Counted {
+                counted.extend(run.block0..run.block1);
+            }
+        }
+        counted.sort_unstable();
+        let mut once = counted.clone();
+        once.dedup();
+        assert_eq!(once, counted, "no block twice");
+        let state = store
+            .tile_states(job, 0, tile, tile + 1)
+            .await
+            .expect("tile");
+        let parts: Vec<u32> = state[0]
+            .parts
+            .iter()
+            .flat_map(|p| p.block0..p.block1)
+            .collect();
+        assert_eq!(parts, counted, "the rows are what was acknowledged");
+    }
+    let row = store.job(job).await.expect("read").expect("job");
+    let parts = store.tile_states(job, 0, 0, 4).await.expect("tiles");
+    let blocks: u32 = parts
+        .iter()
+        .flat_map(|t| &t.parts)
+        .map(|p| p.block1 - p.block0)
+        .sum();
+    assert_eq!(row.units_done, u64::from(blocks));
+}
+
+async fn racing_folds_take_every_part_once(store: &Store) {
+    let job = submit(store).await;
+    let claimed = claim(store, job, 16, 1, 1000).await.expect("frame 0");
+    let at = FrameTile {
+        job,
+        frame: 0,
+        tile: 2,
+    };
+    for block in 0..4 {
+        let run = Run {
+            frame: 0,
+            tile: 2,
+            block0: block,
+            block1: block + 1,
+        };
+        let record = part(job, run, claimed.id, 0);
+        assert_eq!(
+            store.commit(&record, 2).await.expect("commit"),
+            CommitOutcome::Counted
+        );
+        let old = store.tile_state(&at).await.expect("read").expect("tile");
+        let mut racers = tokio::task::JoinSet::new();
+        for racer in 0..6 {
+            let (store, old) = (store.clone(), old.clone());
+            racers.spawn(async move {
+                let fold = FoldTask {
+                    at,
+                    old,
+                    film: format!("film/{job}/{block}-{racer}"),
+                    error: TileError::default(),
+                };
+                store.swap_film(&fold).await.expect("swap")
+            });
+        }
+        let won = racers
+            .join_all()
+            .await
+            .into_iter()
+            .filter(|&won| won)
+            .count();
+        assert_eq!(won, 1, "one fold wins");
+        let state = store.tile_state(&at).await.expect("read").expect("tile");
+        assert_eq!((state.blocks, state.parts.len()), (block + 1, 0));
+        let film = state.film.expect("film");
+        assert!(store.names_object(&film).await.expect("look"));
+    }
+}
+
+async fn what_ended_stays_ended(store: &Store) {
+    let job = submit(store).await;
+    let claimed = claim(store, job, 16, 1, 1000).await.expect("work");
+    assert!(store.fail_job(job, None, "why", 5).await.expect("fail"));
+    assert!(!store.cancel(job, 6).await.expect("cancel"));
+    assert!(!store.fail_job(job, None, "other", 7).await.expect("fail"));
+    let row = store.job(job).await.expect("read").expect("job");
+    assert_eq!(row.finished_ms, Some(5));
+    assert!(claim(store, job, 16, 1, 1000).await.is_none());
+    let late = part(job, claimed.runs[0], claimed.id, 0);
+    let outcome = store.commit(&late, 9).await.expect("commit");
+    assert_eq!(outcome, CommitOutcome::Ended);
+    assert!(!store.names_object(&late.object).await.expect("look"));
+}
+
+async fn expiry_frees_and_late_results_count(store: &Store) {
+    let job = submit(store).await;
+    let first = claim(store, job, 4, 1_000_000, 1_000_100)
+        .await
+        .expect("work");
+    store
+        .prolong("w", &[first.id], 1_000_200)
+        .await
+        .expect("prolong");
+    store
+        .prolong("thief", &[first.id], 9_000_000)
+        .await
+        .expect("prolong");
+    let leased = async || {
+        let units = store.leased_units(job, 99).await.expect("units");
+        units.len()
+    };
+    store.expire(1_000_150).await.expect("expire");
+    assert_eq!(leased().await, 4, "prolonged");
+    store.expire(1_000_201).await.expect("expire");
+    assert_eq!(leased().await, 0);
+    let second = claim(store, job, 4, 1_000_300, 2_000_000)
+        .await
+        .expect("work");
+    assert_eq!(second.runs, first.runs, "holes are filled first");
+    let late = part(job, first.runs[0], first.id, 0);
+    let outcome = store.commit(&late, 1_000_400).await.expect("commit");
+    assert_eq!(outcome, CommitOutcome::Counted);
+    let again = part(job, second.runs[0], second.id, 1);
+    let outcome = store.commit(&again, 1_000_400).await.expect("commit");
+    assert_eq!(outcome, CommitOutcome::Duplicate);
+}
+
+async fn everything_of_a_deleted_job_goes(store: &Store) {
+    let job = submit(store).await;
+    let claimed = claim(store, job, 16, 1, 1000).await.expect("work");
+    let record = part(job, claimed.runs[0], claimed.id, 0);
+    store.commit(&record, 2).await.expect("commit");
+    assert!(store.delete_job(job).await.expect("delete"));
+    assert!(!store.delete_job(job).await.expect("delete"));
+    assert_eq!(store.job(job).await.expect("read"), None);
+    assert_eq!(store.lease(claimed.id).await.expect("read"), None);
+    assert!(!store.names_object(&record.object).await.expect("look"));
+    let late = part(job, claimed.runs[1], claimed.id, 1);
+    let outcome = store.commit(&late, 9).await.expect("commit");
+    assert_eq!(outcome, CommitOutcome::Unknown);
+    assert_ne!(submit(store).await, job, "numbers are never used again");
+    let listing = JobFilter {
+        below: i64::MAX,
+        state: None,
+        limit: 100,
+    };
+    let jobs = store.jobs(&listing).await.expect("list");
+    assert!(jobs.iter().all(|row| row.id != job));
+}
