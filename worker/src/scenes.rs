@@ -147,7 +147,15 @@ impl Scenes {
             .map_err(|e| SceneFailure::Report(FailureKind::Worker, e.to_string()))?
             .map_err(|(kind, text)| SceneFailure::Report(kind, text))?;
         let seconds = started.elapsed().as_secs_f64();
-        tracing::info!(frame, seconds, portable_simd, "scene built");
+        let (triangles, particles) = (report.triangles, report.particles);
+        tracing::info!(
+            frame,
+            seconds,
+            triangles,
+            particles,
+            portable_simd,
+            "scene built"
+        );
         for note in &report.notes {
             tracing::info!("{note}");
         }
