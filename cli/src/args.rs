@@ -1,6 +1,8 @@
 //! The command line.
 
-use crate::commands::{cancel, coordinator, download, jobs, render, status, submit, watch, worker};
+use crate::commands::{
+    cancel, coordinator, download, jobs, render, status, submit, watch, water, worker,
+};
 use crate::exit;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shearwater_shared::api::SettingsOverride;
@@ -65,6 +67,7 @@ pub(crate) enum Command {
     Download(download::Download),
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
+    Water(water::Water),
     /// Print the JSON Schema of scene.json
     ///
     /// Point your editor at it: every field, its unit, range and default.

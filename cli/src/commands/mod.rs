@@ -8,6 +8,7 @@ pub(crate) mod render;
 pub(crate) mod status;
 pub(crate) mod submit;
 pub(crate) mod watch;
+pub(crate) mod water;
 pub(crate) mod worker;
 
 use crate::args::{Cli, Command};
@@ -26,6 +27,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Download(args) => download::run(args, json).await,
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,
+        Command::Water(args) => water::run(args, json),
         Command::Schema => {
             print!("{}", shearwater_shared::scene::schema_json());
             Ok(())

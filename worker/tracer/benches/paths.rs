@@ -15,7 +15,10 @@ use std::time::Instant;
 fn main() {
     let default = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/golden-gate/scene.json");
     let path = std::env::var_os("SCENE").map_or(default, PathBuf::from);
-    let samples: u32 = std::env::var("SAMPLES").ok().and_then(|s| s.parse().ok()).unwrap_or(8);
+    let samples: u32 = std::env::var("SAMPLES")
+        .ok()
+        .and_then(|s| s.parse().ok())
+        .unwrap_or(8);
     let Ok(bytes) = std::fs::read(&path) else {
         println!("{} is not there: nothing to measure", path.display());
         return;
@@ -25,8 +28,14 @@ fn main() {
         Err(error) => return println!("{error}"),
     };
     let assets = read_assets(&full, path.parent().unwrap_or(Path::new(".")));
-    let bare = SceneDescription { clouds: Vec::new(), ..full.clone() };
-    let rounds = std::env::var("ROUNDS").ok().and_then(|r| r.parse().ok()).unwrap_or(2);
+    let bare = SceneDescription {
+        clouds: Vec::new(),
+        ..full.clone()
+    };
+    let rounds = std::env::var("ROUNDS")
+        .ok()
+        .and_then(|r| r.parse().ok())
+        .unwrap_or(2);
     for round in 0..rounds {
         for (name, scene) in [("with clouds", &full), ("without clouds", &bare)] {
             measure(name, scene, &assets, samples, round);
@@ -36,7 +45,13 @@ fn main() {
 
 fn measure(name: &str, description: &SceneDescription, assets: &Assets, samples: u32, round: u32) {
     let (width, height) = (description.image.width, description.image.height);
-    let settings = RenderSettings { width, height, samples: 2 * samples, seed: 0, frames: 1 };
+    let settings = RenderSettings {
+        width,
+        height,
+        samples: 2 * samples,
+        seed: 0,
+        frames: 1,
+    };
     let start = Instant::now();
     let scene = match Scene::build(description, assets, &settings, 0, BuildOptions::default()) {
         Ok((scene, _)) => scene,
@@ -69,7 +84,11 @@ fn measure(name: &str, description: &SceneDescription, assets: &Assets, samples:
 // less this way than by the wall clock (Linux: first number of schedstat, in ns).
 fn thread_cpu_s() -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
-    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) / 1e9
+    text.split(' ')
+        .next()
+        .and_then(|ns| ns.parse::<f64>().ok())
+        .unwrap_or(0.0)
+        / 1e9
 }
 
 fn read_assets(scene: &SceneDescription, folder: &Path) -> Assets {
@@ -79,11 +98,21 @@ fn read_assets(scene: &SceneDescription, folder: &Path) -> Assets {
         if assets.contains_key(&name) {
             continue;
         }
-        let Ok(bytes) = std::fs::read(folder.join(&name)) else { continue };
+        let Ok(bytes) = std::fs::read(folder.join(&name)) else {
+            continue;
+        };
         if name.ends_with(".obj") {
-            wanted.extend(references::obj_libraries(&bytes).iter().map(|m| references::resolve(&name, m)));
+            wanted.extend(
+                references::obj_libraries(&bytes)
+                    .iter()
+                    .map(|m| references::resolve(&name, m)),
+            );
         } else if name.ends_with(".mtl") {
-            wanted.extend(references::mtl_textures(&bytes).iter().map(|m| references::resolve(&name, m)));
+            wanted.extend(
+                references::mtl_textures(&bytes)
+                    .iter()
+                    .map(|m| references::resolve(&name, m)),
+            );
         }
         assets.insert(name, Arc::from(bytes));
     }

@@ -101,13 +101,23 @@ mod tests {
         let (_, middle) = camera.ray(100.0, 50.0, [0.0; 2]);
         assert!((middle - Vec3::NEG_Z).length() < 1e-6);
         let (_, top_left) = camera.ray(0.0, 0.0, [0.0; 2]);
-        assert!((top_left - Vec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-6, "{top_left}");
+        assert!(
+            (top_left - Vec3::new(-2.0, 1.0, -1.0).normalize()).length() < 1e-6,
+            "{top_left}"
+        );
         assert!((camera.time_s(0.5) - 0.25).abs() < 1e-7);
     }
 
     #[test]
     fn lens_rays_meet_at_the_focus() {
-        let camera = Camera::new(&scene::Camera { lens_radius_m: 0.3, ..description() }, 200, 100);
+        let camera = Camera::new(
+            &scene::Camera {
+                lens_radius_m: 0.3,
+                ..description()
+            },
+            200,
+            100,
+        );
         let focus = |lens| {
             let (o, d) = camera.ray(30.0, 80.0, lens);
             o + d * ((-10.0 - o.z) / d.z)

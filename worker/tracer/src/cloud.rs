@@ -22,9 +22,12 @@ pub(crate) fn particles(cloud: &Cloud, origin_m: DVec3) -> impl Iterator<Item = 
     (0..cloud.count).map(move |index| {
         let mut draw = Draws::new(cloud.seed, index);
         let in_core = draw.in_unit_ball() * DVec3::from_array(cloud.radii_m);
-        let jitter = (side * (2.0 * draw.next() - 1.0) + other * (2.0 * draw.next() - 1.0)) * JITTER;
+        let jitter =
+            (side * (2.0 * draw.next() - 1.0) + other * (2.0 * draw.next() - 1.0)) * JITTER;
         let push = libm::pow(draw.next(), PUSH_EXPONENT);
-        let centre = DVec3::from_array(cloud.centre_m) + in_core + (axis + jitter).normalize() * (push * cloud.length_m);
+        let centre = DVec3::from_array(cloud.centre_m)
+            + in_core
+            + (axis + jitter).normalize() * (push * cloud.length_m);
         let between = |bounds: [f64; 2], u: f64| bounds[0] + (bounds[1] - bounds[0]) * u;
         let radius = between(cloud.particle_radius_m, draw.next());
         let stretch = between(cloud.stretch_x, draw.next());
@@ -45,7 +48,10 @@ struct Draws {
 
 impl Draws {
     fn new(seed: u64, index: u32) -> Self {
-        Self { key: mix64(seed ^ mix64(u64::from(index) ^ 0xC10D_5EED)), counter: 0 }
+        Self {
+            key: mix64(seed ^ mix64(u64::from(index) ^ 0xC10D_5EED)),
+            counter: 0,
+        }
     }
 
     fn next(&mut self) -> f64 {
@@ -93,13 +99,20 @@ mod tests {
         assert!((mean(&|p| p.length_squared()) - 0.6).abs() < 0.008);
         for axis in [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE.normalize()] {
             assert!(mean(&|p| p.dot(axis)).abs() < 0.015, "{axis}");
-            assert!((mean(&|p| p.dot(axis) * p.dot(axis)) - 0.2).abs() < 0.01, "{axis}");
+            assert!(
+                (mean(&|p| p.dot(axis) * p.dot(axis)) - 0.2).abs() < 0.01,
+                "{axis}"
+            );
         }
     }
 
     #[test]
     fn particles_keep_their_bounds_and_thin_out() {
-        let spread = Cloud { length_m: 50.0, radii_m: [0.01; 3], ..cloud() };
+        let spread = Cloud {
+            length_m: 50.0,
+            radii_m: [0.01; 3],
+            ..cloud()
+        };
         let all: Vec<_> = particles(&spread, DVec3::ZERO).collect();
         for p in &all {
             assert!((0.1..=0.3001).contains(&p.radii.y) && p.radii.y == p.radii.z);
@@ -107,17 +120,24 @@ mod tests {
             assert!((0.2..=0.8).contains(&p.opacity));
         }
         let reach = |p: &Ellipsoid| (p.centre - Vec3::new(5.0, 0.0, -3.0)).length();
-        let (near, far): (Vec<&Ellipsoid>, Vec<&Ellipsoid>) = all.iter().partition(|p| reach(p) < 25.0);
-        let opacity = |of: &[&Ellipsoid]| of.iter().map(|p| p.opacity).sum::<f32>() / of.len() as f32;
+        let (near, far): (Vec<&Ellipsoid>, Vec<&Ellipsoid>) =
+            all.iter().partition(|p| reach(p) < 25.0);
+        let opacity =
+            |of: &[&Ellipsoid]| of.iter().map(|p| p.opacity).sum::<f32>() / of.len() as f32;
         assert!(opacity(&near) > opacity(&far) + 0.2);
-        assert!(all.iter().all(|p| (p.centre.z + 3.0) > -0.02), "spreads along +z only");
+        assert!(
+            all.iter().all(|p| (p.centre.z + 3.0) > -0.02),
+            "spreads along +z only"
+        );
     }
 
     #[test]
     fn the_same_description_gives_the_same_cloud() {
         let one: Vec<_> = particles(&cloud(), DVec3::ONE).map(|p| p.centre).collect();
         let two: Vec<_> = particles(&cloud(), DVec3::ONE).map(|p| p.centre).collect();
-        let other: Vec<_> = particles(&Cloud { seed: 4, ..cloud() }, DVec3::ONE).map(|p| p.centre).collect();
+        let other: Vec<_> = particles(&Cloud { seed: 4, ..cloud() }, DVec3::ONE)
+            .map(|p| p.centre)
+            .collect();
         assert_eq!(one, two);
         assert_ne!(one, other);
     }

@@ -4,7 +4,8 @@ use crate::path::{LANES, PathResult, trace_batch};
 use crate::sampler::PixelSampler;
 use crate::scene::Scene;
 use shearwater_shared::film::{
-    BadSample, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half, fixed_from_f32, rgb_to_fixed,
+    BadSample, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half, fixed_from_f32,
+    rgb_to_fixed,
 };
 use shearwater_shared::plan::TileRect;
 use std::ops::Range;
@@ -15,7 +16,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 ///
 /// The sums are a function of scene, pixels and sample indices alone.
 #[must_use]
-pub fn render_run(scene: &Scene, rect: &TileRect, samples: Range<u32>, cancel: &AtomicBool) -> Option<TileSums> {
+pub fn render_run(
+    scene: &Scene,
+    rect: &TileRect,
+    samples: Range<u32>,
+    cancel: &AtomicBool,
+) -> Option<TileSums> {
     let mut sums = TileSums::zero(rect.pixels(), &samples);
     for row in 0..rect.height {
         if cancel.load(Ordering::Relaxed) {
@@ -62,6 +68,7 @@ fn render_pixel<const PARTICLES: bool>(
     }
 }
 
+#[derive(Clone, Copy)]
 struct BadPlace {
     x: u32,
     y: u32,
@@ -69,7 +76,13 @@ struct BadPlace {
 }
 
 #[inline]
-fn add_radiance(sums: &mut TileSums, pixel: usize, half: Half, result: &PathResult, place: BadPlace) {
+fn add_radiance(
+    sums: &mut TileSums,
+    pixel: usize,
+    half: Half,
+    result: &PathResult,
+    place: BadPlace,
+) {
     sums.depth_cap_hits += u64::from(result.depth_capped);
     match rgb_to_fixed(result.radiance.to_array()) {
         Ok(rgb) => {
@@ -80,7 +93,13 @@ fn add_radiance(sums: &mut TileSums, pixel: usize, half: Half, result: &PathResu
         }
         Err(cause) => {
             let BadPlace { x, y, index } = place;
-            sums.bad.record(BadSample { x, y, half, index, cause });
+            sums.bad.record(BadSample {
+                x,
+                y,
+                half,
+                index,
+                cause,
+            });
         }
     }
 }

@@ -9,13 +9,29 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 const SIDE: u32 = 16;
-const RECT: TileRect = TileRect { x0: 0, y0: 0, width: SIDE, height: SIDE };
+const RECT: TileRect = TileRect {
+    x0: 0,
+    y0: 0,
+    width: SIDE,
+    height: SIDE,
+};
 const FLOOR: &str = "v -1e4 0 -1e4\nv -1e4 0 1e4\nv 1e4 0 1e4\nv 1e4 0 -1e4\nf 1 2 3 4\n";
 
 /// A scene of `body` (JSON members) seen by a camera of `fov` degrees at `eye`
 /// that looks at `target`; `floor.obj` is a square of 20 km at y = 0.
-fn scene(body: &str, eye: [f64; 3], target: [f64; 3], fov: f64, seed: u64, options: BuildOptions) -> Scene {
-    let up = if eye[0] == target[0] && eye[2] == target[2] { "[0,0,-1]" } else { "[0,1,0]" };
+fn scene(
+    body: &str,
+    eye: [f64; 3],
+    target: [f64; 3],
+    fov: f64,
+    seed: u64,
+    options: BuildOptions,
+) -> Scene {
+    let up = if eye[0] == target[0] && eye[2] == target[2] {
+        "[0,0,-1]"
+    } else {
+        "[0,1,0]"
+    };
     let json = format!(
         r#"{{"version":1,"name":"test","image":{{"width":{SIDE},"height":{SIDE}}},
         "camera":{{"position_m":{eye:?},"target_m":{target:?},"up":{up},"vertical_fov_deg":{fov:?},"shutter_s":0.01}},
@@ -23,13 +39,23 @@ fn scene(body: &str, eye: [f64; 3], target: [f64; 3], fov: f64, seed: u64, optio
     );
     let description = parse(json.as_bytes()).expect("a valid scene");
     let assets: Assets = [("floor.obj".to_owned(), Arc::from(FLOOR.as_bytes()))].into();
-    let settings = RenderSettings { width: SIDE, height: SIDE, samples: 2, seed, frames: 1 };
-    Scene::build(&description, &assets, &settings, 0, options).expect("a scene that builds").0
+    let settings = RenderSettings {
+        width: SIDE,
+        height: SIDE,
+        samples: 2,
+        seed,
+        frames: 1,
+    };
+    Scene::build(&description, &assets, &settings, 0, options)
+        .expect("a scene that builds")
+        .0
 }
 
 fn sums(scene: &Scene, samples: std::ops::Range<u32>) -> TileSums {
-    let sums = render_run(scene, &RECT, samples.clone(), &AtomicBool::new(false)).expect("not cancelled");
-    sums.check(&RECT, &samples).expect("sums of the right shape");
+    let sums =
+        render_run(scene, &RECT, samples.clone(), &AtomicBool::new(false)).expect("not cancelled");
+    sums.check(&RECT, &samples)
+        .expect("sums of the right shape");
     assert_eq!(sums.bad.total(), 0, "{:?}", sums.bad);
     sums
 }
@@ -52,8 +78,14 @@ fn mean_and_error(scene: &Scene, samples: u32) -> (f64, f64) {
 fn assert_mean(what: &str, scene: &Scene, samples: u32, expected: f64) {
     let (mean, error) = mean_and_error(scene, samples);
     let tolerance = 5.0 * error + 1e-4 * expected;
-    assert!((mean - expected).abs() <= tolerance, "{what}: {mean} +- {error}, expected {expected}");
-    assert!(error < 0.02 * expected.max(0.05), "{what}: too noisy to tell, {error}");
+    assert!(
+        (mean - expected).abs() <= tolerance,
+        "{what}: {mean} +- {error}, expected {expected}"
+    );
+    assert!(
+        error < 0.02 * expected.max(0.05),
+        "{what}: too noisy to tell, {error}"
+    );
 }
 
 const WHITE_SKY: &str = r#""sky":{"type":"constant","radiance":[1,1,1]}"#;
@@ -65,15 +97,32 @@ fn floor(material: &str) -> String {
 #[test]
 fn the_sky_is_what_it_says() {
     let body = r#""sky":{"type":"constant","radiance":[0.25,1,1]}"#;
-    let scene = scene(body, [0.0, 5.0, 0.0], [1.0, 6.0, 0.0], 40.0, 1, BuildOptions::default());
+    let scene = scene(
+        body,
+        [0.0, 5.0, 0.0],
+        [1.0, 6.0, 0.0],
+        40.0,
+        1,
+        BuildOptions::default(),
+    );
     assert_mean("sky", &scene, 4, 0.25);
 }
 
 // A plane that sees the whole upper half of a white sky reflects its albedo.
 #[test]
 fn a_lambert_floor_under_a_white_sky_has_its_albedo() {
-    let body = format!("{},{WHITE_SKY}", floor(r#"{"type":"lambert","albedo":[0.6,0.6,0.6]}"#));
-    let scene = scene(&body, [0.0, 2.0, 0.0], [0.0, 0.0, 0.0], 40.0, 2, BuildOptions::default());
+    let body = format!(
+        "{},{WHITE_SKY}",
+        floor(r#"{"type":"lambert","albedo":[0.6,0.6,0.6]}"#)
+    );
+    let scene = scene(
+        &body,
+        [0.0, 2.0, 0.0],
+        [0.0, 0.0, 0.0],
+        40.0,
+        2,
+        BuildOptions::default(),
+    );
     assert_mean("lambert", &scene, 64, 0.6);
 }
 
@@ -85,7 +134,12 @@ fn a_white_ggx_floor_under_a_white_sky_is_white() {
         let body = format!("{},{WHITE_SKY}", floor(&ggx));
         for (eye, angle) in [([0.0, 3.0, 0.01], 0), ([0.0, 1.0, 6.0], 80)] {
             let scene = scene(&body, eye, [0.0; 3], 5.0, 3, BuildOptions::default());
-            assert_mean(&format!("ggx {roughness} at {angle} degrees"), &scene, 256, 1.0);
+            assert_mean(
+                &format!("ggx {roughness} at {angle} degrees"),
+                &scene,
+                256,
+                1.0,
+            );
         }
     }
 }
@@ -95,17 +149,42 @@ fn a_white_ggx_floor_under_a_white_sky_is_white() {
 #[test]
 fn the_sun_lights_a_floor_exactly() {
     for (elevation, irradiance) in [(90.0, 69.763_606), (30.0, 34.881_803), (10.0, 12.114_323)] {
-        let sun = format!(r#""sun":{{"azimuth_deg":40,"elevation_deg":{elevation},"radiance":[1e6,1e6,1e6]}}"#);
-        let body = format!("{},{sun}", floor(r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#));
-        let scene = scene(&body, [0.0, 2.0, 0.0], [0.0, 0.0, 0.0], 20.0, 4, BuildOptions::default());
-        assert_mean(&format!("sun at {elevation}"), &scene, 64, 0.5 / std::f64::consts::PI * irradiance);
+        let sun = format!(
+            r#""sun":{{"azimuth_deg":40,"elevation_deg":{elevation},"radiance":[1e6,1e6,1e6]}}"#
+        );
+        let body = format!(
+            "{},{sun}",
+            floor(r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#)
+        );
+        let scene = scene(
+            &body,
+            [0.0, 2.0, 0.0],
+            [0.0, 0.0, 0.0],
+            20.0,
+            4,
+            BuildOptions::default(),
+        );
+        assert_mean(
+            &format!("sun at {elevation}"),
+            &scene,
+            64,
+            0.5 / std::f64::consts::PI * irradiance,
+        );
     }
 }
 
 #[test]
 fn the_sun_itself_has_its_radiance() {
-    let body = r#""sun":{"azimuth_deg":0,"elevation_deg":0.5,"angular_radius_deg":5,"radiance":[7,7,7]}"#;
-    let scene = scene(body, [0.0, 2.0, 0.0], [0.0, 2.0, -1.0], 2.0, 5, BuildOptions::default());
+    let body =
+        r#""sun":{"azimuth_deg":0,"elevation_deg":0.5,"angular_radius_deg":5,"radiance":[7,7,7]}"#;
+    let scene = scene(
+        body,
+        [0.0, 2.0, 0.0],
+        [0.0, 2.0, -1.0],
+        2.0,
+        5,
+        BuildOptions::default(),
+    );
     assert_mean("sun disc", &scene, 4, 7.0);
 }
 
@@ -114,18 +193,40 @@ fn the_sun_itself_has_its_radiance() {
 #[test]
 fn a_glossy_floor_reflects_the_sun_once() {
     for roughness in [0.05, 0.2, 0.5] {
-        let material = format!(r#"{{"type":"ggx","base_color":[1,1,1],"metalness":1,"roughness":{roughness}}}"#);
+        let material = format!(
+            r#"{{"type":"ggx","base_color":[1,1,1],"metalness":1,"roughness":{roughness}}}"#
+        );
         let sky = format!("{},{WHITE_SKY}", floor(&material));
         // A sun of 45 degrees over the mirror direction, a sky everywhere: the sun's
         // light alone is the difference of the two pictures.
         let sun = r#""sun":{"azimuth_deg":0,"elevation_deg":45,"angular_radius_deg":8,"radiance":[1,1,1]}"#;
-        let with = scene(&format!("{sky},{sun}"), [0.0, 5.0, 5.0], [0.0; 3], 3.0, 6, BuildOptions::default());
-        let without = scene(&sky, [0.0, 5.0, 5.0], [0.0; 3], 3.0, 7, BuildOptions::default());
+        let with = scene(
+            &format!("{sky},{sun}"),
+            [0.0, 5.0, 5.0],
+            [0.0; 3],
+            3.0,
+            6,
+            BuildOptions::default(),
+        );
+        let without = scene(
+            &sky,
+            [0.0, 5.0, 5.0],
+            [0.0; 3],
+            3.0,
+            7,
+            BuildOptions::default(),
+        );
         let ((a, ea), (b, eb)) = (mean_and_error(&with, 512), mean_and_error(&without, 512));
         // Both are part of a furnace of 2 at the most; a smooth mirror shows 1 more.
-        assert!(a - b <= 1.0 + 5.0 * (ea + eb), "roughness {roughness}: {a} - {b}");
+        assert!(
+            a - b <= 1.0 + 5.0 * (ea + eb),
+            "roughness {roughness}: {a} - {b}"
+        );
         if roughness < 0.1 {
-            assert!((a - b - 1.0).abs() < 0.02, "roughness {roughness}: {a} - {b}");
+            assert!(
+                (a - b - 1.0).abs() < 0.02,
+                "roughness {roughness}: {a} - {b}"
+            );
         }
     }
 }
@@ -136,9 +237,18 @@ const CLOUD: &str = r#""centre_m":[0,0,0],"radii_m":[2,2,2],"direction":[1,0,0],
 #[test]
 fn a_white_cloud_in_a_white_furnace_is_invisible() {
     for opacity in [0.1, 0.5, 1.0] {
-        let cloud = format!(r#""clouds":[{{{CLOUD},"count":60,"opacity":[{opacity},{opacity}],"albedo":[1,1,1]}}]"#);
+        let cloud = format!(
+            r#""clouds":[{{{CLOUD},"count":60,"opacity":[{opacity},{opacity}],"albedo":[1,1,1]}}]"#
+        );
         let body = format!("{cloud},{WHITE_SKY}");
-        let scene = scene(&body, [0.0, 0.0, 9.0], [0.0; 3], 30.0, 8, BuildOptions::default());
+        let scene = scene(
+            &body,
+            [0.0, 0.0, 9.0],
+            [0.0; 3],
+            30.0,
+            8,
+            BuildOptions::default(),
+        );
         assert_mean(&format!("cloud of opacity {opacity}"), &scene, 256, 1.0);
     }
 }
@@ -152,9 +262,21 @@ fn black_layers_transmit_their_power() {
             r#""clouds":[{{"centre_m":[0,0,0],"radii_m":[1e-4,1e-4,1e-4],"direction":[1,0,0],"length_m":0,"count":{count},
             "particle_radius_m":[1,1],"opacity":[{opacity},{opacity}],"albedo":[0,0,0]}}]"#
         );
-        let scene = scene(&format!("{cloud},{WHITE_SKY}"), [0.0, 0.0, 9.0], [0.0; 3], 4.0, 9, BuildOptions::default());
+        let scene = scene(
+            &format!("{cloud},{WHITE_SKY}"),
+            [0.0, 0.0, 9.0],
+            [0.0; 3],
+            4.0,
+            9,
+            BuildOptions::default(),
+        );
         let expected = libm::pow(1.0 - opacity, 2.0 * f64::from(count));
-        assert_mean(&format!("{count} layers of {opacity}"), &scene, 1024, expected);
+        assert_mean(
+            &format!("{count} layers of {opacity}"),
+            &scene,
+            1024,
+            expected,
+        );
     }
 }
 
@@ -167,11 +289,28 @@ fn shadows_of_layers_transmit_the_same() {
         "particle_radius_m":[5,5],"opacity":[0.03,0.03],"albedo":[0,0,0]}]"#;
     let ground = floor(r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#);
     let eye = [3.0, 10.0, 0.0];
-    let lit = scene(&format!("{ground},{sun}"), eye, [0.0; 3], 4.0, 10, BuildOptions::default());
-    let dimmed = scene(&format!("{ground},{sun},{cloud}"), eye, [0.0; 3], 4.0, 10, BuildOptions::default());
+    let lit = scene(
+        &format!("{ground},{sun}"),
+        eye,
+        [0.0; 3],
+        4.0,
+        10,
+        BuildOptions::default(),
+    );
+    let dimmed = scene(
+        &format!("{ground},{sun},{cloud}"),
+        eye,
+        [0.0; 3],
+        4.0,
+        10,
+        BuildOptions::default(),
+    );
     let ((full, _), (part, error)) = (mean_and_error(&lit, 16), mean_and_error(&dimmed, 16));
     let expected = full * libm::pow(0.97, 40.0);
-    assert!((part - expected).abs() < 5.0 * error + 1e-3 * expected, "{part}, expected {expected}");
+    assert!(
+        (part - expected).abs() < 5.0 * error + 1e-3 * expected,
+        "{part}, expected {expected}"
+    );
 }
 
 // Water in a white furnace: never brighter than 1, and what bumped normals lose
@@ -182,9 +321,19 @@ fn water_in_a_white_furnace_loses_little_and_gains_nothing() {
     for (height, angle) in [(20.0, 20.0f64), (5.0, 5.0), (1.0, 1.0)] {
         let distance = height / libm::tan(angle.to_radians());
         let eye = [0.0, height, distance];
-        let scene = scene(&format!("{water},{WHITE_SKY}"), eye, [0.0; 3], 0.5, 11, BuildOptions::default());
+        let scene = scene(
+            &format!("{water},{WHITE_SKY}"),
+            eye,
+            [0.0; 3],
+            0.5,
+            11,
+            BuildOptions::default(),
+        );
         let (mean, error) = mean_and_error(&scene, 256);
-        assert!(mean <= 1.0 + 5.0 * error + 1e-4, "{angle} degrees: {mean} +- {error}");
+        assert!(
+            mean <= 1.0 + 5.0 * error + 1e-4,
+            "{angle} degrees: {mean} +- {error}"
+        );
         assert!(mean > 0.9, "{angle} degrees: {mean}");
         println!("water at {angle} degrees: {mean:.5} +- {error:.5}");
     }
@@ -194,7 +343,10 @@ fn everything() -> String {
     let water = r#""water":{"type":"tessendorf","height_m":-1,"tile_m":50,"wind_speed_mps":8,"velocity_mps":[0,40]}"#;
     let sun = r#""sun":{"azimuth_deg":20,"elevation_deg":8,"radiance":[6e4,4e4,2e4]}"#;
     let cloud = format!(r#""clouds":[{{{CLOUD},"count":80,"opacity":[0.2,0.6]}}]"#);
-    let ground = floor(r#"{"type":"ggx","base_color":[0.8,0.3,0.2],"roughness":0.3}"#).replace("\"floor\",", "\"floor\",\"scale\":[1e-4,1,1e-4],\"rotate_deg\":[80,0,5],");
+    let ground = floor(r#"{"type":"ggx","base_color":[0.8,0.3,0.2],"roughness":0.3}"#).replace(
+        "\"floor\",",
+        "\"floor\",\"scale\":[1e-4,1,1e-4],\"rotate_deg\":[80,0,5],",
+    );
     format!("{water},{sun},{cloud},{ground},{WHITE_SKY}")
 }
 
@@ -202,8 +354,24 @@ fn everything() -> String {
 #[test]
 fn sums_do_not_depend_on_cuts_or_instructions() {
     let eye = [0.0, 3.0, 12.0];
-    let one = scene(&everything(), eye, [0.0; 3], 50.0, 12, BuildOptions::default());
-    let portable = scene(&everything(), eye, [0.0; 3], 50.0, 12, BuildOptions { portable_simd: true });
+    let one = scene(
+        &everything(),
+        eye,
+        [0.0; 3],
+        50.0,
+        12,
+        BuildOptions::default(),
+    );
+    let portable = scene(
+        &everything(),
+        eye,
+        [0.0; 3],
+        50.0,
+        12,
+        BuildOptions {
+            portable_simd: true,
+        },
+    );
     let whole = sums(&one, 0..24);
     assert_eq!(sums(&portable, 0..24), whole);
     let mut film = TileFilm::zero(RECT.pixels());
@@ -219,13 +387,34 @@ fn sums_do_not_depend_on_cuts_or_instructions() {
 #[test]
 fn another_seed_is_another_picture() {
     let eye = [0.0, 3.0, 12.0];
-    let one = scene(&everything(), eye, [0.0; 3], 50.0, 12, BuildOptions::default());
-    let two = scene(&everything(), eye, [0.0; 3], 50.0, 13, BuildOptions::default());
+    let one = scene(
+        &everything(),
+        eye,
+        [0.0; 3],
+        50.0,
+        12,
+        BuildOptions::default(),
+    );
+    let two = scene(
+        &everything(),
+        eye,
+        [0.0; 3],
+        50.0,
+        13,
+        BuildOptions::default(),
+    );
     assert_ne!(sums(&one, 0..2).radiance, sums(&two, 0..2).radiance);
 }
 
 #[test]
 fn a_cancelled_run_gives_nothing() {
-    let scene = scene(WHITE_SKY, [0.0, 3.0, 12.0], [0.0; 3], 50.0, 12, BuildOptions::default());
+    let scene = scene(
+        WHITE_SKY,
+        [0.0, 3.0, 12.0],
+        [0.0; 3],
+        50.0,
+        12,
+        BuildOptions::default(),
+    );
     assert!(render_run(&scene, &RECT, 0..8, &AtomicBool::new(true)).is_none());
 }

@@ -13,14 +13,21 @@ impl AliasTable {
     /// in a fixed order (Vose 1991).
     #[must_use]
     pub fn new(weights: &[f32]) -> Option<Self> {
-        let clean = |w: f32| if w.is_finite() && w > 0.0 { f64::from(w) } else { 0.0 };
+        let clean = |w: f32| {
+            if w.is_finite() && w > 0.0 {
+                f64::from(w)
+            } else {
+                0.0
+            }
+        };
         let sum: f64 = weights.iter().map(|&w| clean(w)).sum();
         if sum <= 0.0 || !sum.is_finite() || u32::try_from(weights.len()).is_err() {
             return None;
         }
         let scale = weights.len() as f64 / sum;
         let mut share: Vec<f64> = weights.iter().map(|&w| clean(w) * scale).collect();
-        let (mut small, mut large): (Vec<u32>, Vec<u32>) = (0..weights.len() as u32).partition(|&i| share[i as usize] < 1.0);
+        let (mut small, mut large): (Vec<u32>, Vec<u32>) =
+            (0..weights.len() as u32).partition(|&i| share[i as usize] < 1.0);
         let mut slots = vec![(1.0f32, 0u32); weights.len()];
         while let (Some(&low), Some(&high)) = (small.last(), large.last()) {
             small.pop();
@@ -33,9 +40,17 @@ impl AliasTable {
         }
         // What is left differs from 1 by rounding only, except slots of weight 0,
         // which must never be drawn.
-        let heaviest = (0..weights.len() as u32).max_by(|&a, &b| clean(weights[a as usize]).total_cmp(&clean(weights[b as usize])));
+        let heaviest = (0..weights.len() as u32)
+            .max_by(|&a, &b| clean(weights[a as usize]).total_cmp(&clean(weights[b as usize])));
         for i in small.into_iter().chain(large) {
-            slots[i as usize] = (if clean(weights[i as usize]) > 0.0 { 1.0 } else { 0.0 }, heaviest.unwrap_or(0));
+            slots[i as usize] = (
+                if clean(weights[i as usize]) > 0.0 {
+                    1.0
+                } else {
+                    0.0
+                },
+                heaviest.unwrap_or(0),
+            );
         }
         Some(Self { slots })
     }
@@ -55,7 +70,10 @@ impl AliasTable {
         if rest < stay {
             (slot as u32, (rest / stay).min(1.0 - f32::EPSILON / 2.0))
         } else {
-            (other, ((rest - stay) / (1.0 - stay)).clamp(0.0, 1.0 - f32::EPSILON / 2.0))
+            (
+                other,
+                ((rest - stay) / (1.0 - stay)).clamp(0.0, 1.0 - f32::EPSILON / 2.0),
+            )
         }
     }
 }
@@ -92,11 +110,18 @@ mod tests {
     // A flat f32 CDF of as many bins would lose the light ones.
     #[test]
     fn uneven_weights_keep_their_share() {
-        let weights: Vec<f32> = (0..4096u32).map(|i| if i % 64 == 0 { 1.0 } else { 1e-3 }).collect();
+        let weights: Vec<f32> = (0..4096u32)
+            .map(|i| if i % 64 == 0 { 1.0 } else { 1e-3 })
+            .collect();
         let table = AliasTable::new(&weights).expect("positive");
         let n = 1u32 << 22;
-        let light = (0..n).filter(|&i| table.sample(i as f32 / n as f32).0 % 64 != 0).count() as f64;
+        let light = (0..n)
+            .filter(|&i| !table.sample(i as f32 / n as f32).0.is_multiple_of(64))
+            .count() as f64;
         let expected = 4032.0 * 1e-3 / (64.0 + 4032.0 * 1e-3) * f64::from(n);
-        assert!((light / expected - 1.0).abs() < 0.01, "{light} against {expected}");
+        assert!(
+            (light / expected - 1.0).abs() < 0.01,
+            "{light} against {expected}"
+        );
     }
 }

@@ -74,13 +74,30 @@ impl SkyLight {
     /// (seen from above) by `rotation_deg`. Pixel values must be finite and not
     /// negative, and there must be `width * height` of them, at least one.
     #[must_use]
-    pub fn map(width: usize, height: usize, rgb: Vec<[f32; 3]>, rotation_deg: f64, sampling: SkySampling) -> Self {
+    pub fn map(
+        width: usize,
+        height: usize,
+        rgb: Vec<[f32; 3]>,
+        rotation_deg: f64,
+        sampling: SkySampling,
+    ) -> Self {
         let turn = rotation_deg / 360.0;
         let turn = (turn - libm::floor(turn)) as f32;
         let (mean, contrast) = mean_and_contrast(width, height, &rgb);
         let pays = sampling == SkySampling::Always || contrast > CONTRAST_MIN;
-        let tables = if pays { CellTables::new(width, height, &rgb) } else { None };
-        Self::Map(Box::new(SkyMap { width, height, rgb, turn, mean: mean as f32, tables }))
+        let tables = if pays {
+            CellTables::new(width, height, &rgb)
+        } else {
+            None
+        };
+        Self::Map(Box::new(SkyMap {
+            width,
+            height,
+            rgb,
+            turn,
+            mean: mean as f32,
+            tables,
+        }))
     }
 
     /// Whether light comes so unevenly that sampling it pays.
@@ -117,7 +134,12 @@ impl SkyLight {
             Self::Map(map) => {
                 let uv = map.uv(d);
                 let sin_theta = (1.0 - d.y * d.y).max(0.0).sqrt();
-                (map.lookup(uv), map.tables.as_ref().map_or(0.0, |tables| tables.pdf(uv, sin_theta)))
+                (
+                    map.lookup(uv),
+                    map.tables
+                        .as_ref()
+                        .map_or(0.0, |tables| tables.pdf(uv, sin_theta)),
+                )
             }
         }
     }
@@ -135,7 +157,11 @@ impl SkyLight {
                 let y = 1.0 - 2.0 * u[0];
                 let (sin, cos) = sin_cos(2.0 * PI * u[1]);
                 let r = (1.0 - y * y).max(0.0).sqrt();
-                Some(SkySample { wi: Vec3::new(r * cos, y, r * sin), radiance: *radiance, pdf: 0.25 / PI })
+                Some(SkySample {
+                    wi: Vec3::new(r * cos, y, r * sin),
+                    radiance: *radiance,
+                    pdf: 0.25 / PI,
+                })
             }
             Self::Map(map) => map.sample(u),
         }
@@ -161,7 +187,11 @@ impl SkyMap {
         let (column, row) = ((x + 1.0) as u32 as usize, y as u32 as usize);
         let (fx, fy) = (x + 1.0 - column as f32, y - row as f32);
         // `column` is the right neighbour here; the left one is before it.
-        let left = if column == 0 { self.width - 1 } else { (column - 1).min(self.width - 1) };
+        let left = if column == 0 {
+            self.width - 1
+        } else {
+            (column - 1).min(self.width - 1)
+        };
         let right = if column >= self.width { 0 } else { column };
         let below = (row + 1).min(self.height - 1);
         let texel = |x: usize, y: usize| Vec3::from_array(self.rgb[y * self.width + x]);
@@ -181,7 +211,11 @@ impl SkyMap {
         if sin_theta <= 0.0 {
             return None;
         }
-        Some(SkySample { wi, radiance: self.lookup(uv), pdf: density / (2.0 * PI * PI * sin_theta) })
+        Some(SkySample {
+            wi,
+            radiance: self.lookup(uv),
+            pdf: density / (2.0 * PI * PI * sin_theta),
+        })
     }
 }
 
@@ -189,12 +223,24 @@ impl CellTables {
     fn new(width: usize, height: usize, rgb: &[[f32; 3]]) -> Option<Self> {
         let (cells_x, cells_y, weights) = cell_weights(width, height, rgb);
         let total: f64 = weights.iter().map(|&w| f64::from(w)).sum();
-        let row_weights: Vec<f32> = weights.chunks(cells_x).map(|row| row.iter().sum()).collect();
+        let row_weights: Vec<f32> = weights
+            .chunks(cells_x)
+            .map(|row| row.iter().sum())
+            .collect();
         let rows = AliasTable::new(&row_weights)?;
         let columns = weights.chunks(cells_x).map(AliasTable::new).collect();
         let scale = weights.len() as f64 / total;
-        let density = weights.iter().map(|&w| (f64::from(w) * scale) as f32).collect();
-        Some(Self { cells_x, cells_y, density, rows, columns })
+        let density = weights
+            .iter()
+            .map(|&w| (f64::from(w) * scale) as f32)
+            .collect();
+        Some(Self {
+            cells_x,
+            cells_y,
+            density,
+            rows,
+            columns,
+        })
     }
 
     // Density per solid angle at (u, v).
@@ -202,7 +248,11 @@ impl CellTables {
     fn pdf(&self, uv: [f32; 2], sin_theta: f32) -> f32 {
         let x = ((uv[0] * self.cells_x as f32) as usize).min(self.cells_x - 1);
         let y = ((uv[1] * self.cells_y as f32) as usize).min(self.cells_y - 1);
-        if sin_theta > 0.0 { self.density[y * self.cells_x + x] / (2.0 * PI * PI * sin_theta) } else { 0.0 }
+        if sin_theta > 0.0 {
+            self.density[y * self.cells_x + x] / (2.0 * PI * PI * sin_theta)
+        } else {
+            0.0
+        }
     }
 
     // A point (u, v) of the map and its density there.
@@ -211,7 +261,10 @@ impl CellTables {
         let (row, rest_v) = self.rows.sample(u[0]);
         let (column, rest_u) = self.columns[row as usize].as_ref()?.sample(u[1]);
         let density = self.density[row as usize * self.cells_x + column as usize];
-        let uv = [(column as f32 + rest_u) / self.cells_x as f32, (row as f32 + rest_v) / self.cells_y as f32];
+        let uv = [
+            (column as f32 + rest_u) / self.cells_x as f32,
+            (row as f32 + rest_v) / self.cells_y as f32,
+        ];
         (density > 0.0).then_some((uv, density))
     }
 }
@@ -228,7 +281,14 @@ fn mean_and_contrast(width: usize, height: usize, rgb: &[[f32; 3]]) -> (f64, f64
         }
     }
     let mean = sum / weight;
-    (mean, if mean > 0.0 { squares / weight / (mean * mean) } else { 1.0 })
+    (
+        mean,
+        if mean > 0.0 {
+            squares / weight / (mean * mean)
+        } else {
+            1.0
+        },
+    )
 }
 
 // The integral of the interpolated luminance over each cell, up to a common
@@ -236,7 +296,11 @@ fn mean_and_contrast(width: usize, height: usize, rgb: &[[f32; 3]]) -> (f64, f64
 // each axis (the integral of the bilinear hat), so a cell has weight 0 only if the
 // interpolated map is black all over it: no light is ever missed.
 fn cell_weights(width: usize, height: usize, rgb: &[[f32; 3]]) -> (usize, usize, Vec<f32>) {
-    let block = (1..).find(|b| width.div_ceil(*b) * height.div_ceil(*b) <= CELLS_MAX && width % b == 0 && height % b == 0);
+    let block = (1..).find(|b| {
+        width.div_ceil(*b) * height.div_ceil(*b) <= CELLS_MAX
+            && width.is_multiple_of(*b)
+            && height.is_multiple_of(*b)
+    });
     // A block that does not divide the map is not worth the trouble: use texels.
     let block = block.filter(|&b| b <= 64).unwrap_or(1);
     let (cells_x, cells_y) = (width / block, height / block);
@@ -245,9 +309,17 @@ fn cell_weights(width: usize, height: usize, rgb: &[[f32; 3]]) -> (usize, usize,
     let mut weights = vec![0.0f32; cells_x * cells_y];
     for y in 0..height {
         let sin_theta = libm::sin(std::f64::consts::PI * (y as f64 + 0.5) / height as f64) as f32;
-        let rows = [(y.saturating_sub(1), 0.125f32), (y, 0.75), ((y + 1).min(height - 1), 0.125)];
+        let rows = [
+            (y.saturating_sub(1), 0.125f32),
+            (y, 0.75),
+            ((y + 1).min(height - 1), 0.125),
+        ];
         for x in 0..width {
-            let columns = [((x + width - 1) % width, 0.125f32), (x, 0.75), ((x + 1) % width, 0.125)];
+            let columns = [
+                ((x + width - 1) % width, 0.125f32),
+                (x, 0.75),
+                ((x + 1) % width, 0.125),
+            ];
             let mut sum = 0.0;
             for (row, wy) in rows {
                 for (column, wx) in columns {
@@ -267,18 +339,23 @@ mod tests {
     use crate::sampler::sobol4_owen;
 
     fn draws(n: u32) -> impl Iterator<Item = [f32; 2]> {
-        (0..n).map(|i| sobol4_owen(i, 11, 12).map(u32_to_unit)).map(|u| [u[0], u[1]])
+        (0..n)
+            .map(|i| sobol4_owen(i, 11, 12).map(u32_to_unit))
+            .map(|u| [u[0], u[1]])
     }
 
     // Irradiance on a plane that faces up, by sampling the sky.
     fn irradiance(sky: &SkyLight, n: u32) -> f64 {
-        let light = |u| sky.sample(u).map_or(0.0, |s| f64::from(s.radiance.x * s.wi.y.max(0.0) / s.pdf));
+        let light = |u| {
+            sky.sample(u)
+                .map_or(0.0, |s| f64::from(s.radiance.x * s.wi.y.max(0.0) / s.pdf))
+        };
         draws(n).map(light).sum::<f64>() / f64::from(n)
     }
 
     #[test]
     fn constant_map_gives_pi() {
-        let map = SkyLight::map(64, 32, vec![[1.0; 3]; 64 * 32], 0.0);
+        let map = SkyLight::map(64, 32, vec![[1.0; 3]; 64 * 32], 0.0, SkySampling::Always);
         for sky in [map, SkyLight::Constant(Vec3::ONE)] {
             assert!((irradiance(&sky, 1 << 16) / std::f64::consts::PI - 1.0).abs() < 1e-3);
         }
@@ -292,11 +369,16 @@ mod tests {
         let mut rgb = vec![[0.0f32; 3]; width * height];
         rgb[row * width + 1000] = [1e6; 3];
         let theta = std::f64::consts::PI * (row as f64 + 0.5) / height as f64;
-        let omega = 2.0 * std::f64::consts::PI / width as f64 * (std::f64::consts::PI / height as f64) * libm::sin(theta);
+        let omega = 2.0 * std::f64::consts::PI / width as f64
+            * (std::f64::consts::PI / height as f64)
+            * libm::sin(theta);
         let sky = SkyLight::map(width, height, rgb, 123.0, SkySampling::Always);
         let measured = irradiance(&sky, 1 << 18);
         let expected = 1e6 * omega * libm::cos(theta);
-        assert!((measured / expected - 1.0).abs() < 0.01, "{measured} against {expected}");
+        assert!(
+            (measured / expected - 1.0).abs() < 0.01,
+            "{measured} against {expected}"
+        );
     }
 
     #[test]
@@ -310,7 +392,7 @@ mod tests {
 
     #[test]
     fn a_black_map_is_never_sampled() {
-        let sky = SkyLight::map(8, 4, vec![[0.0; 3]; 32], 0.0);
+        let sky = SkyLight::map(8, 4, vec![[0.0; 3]; 32], 0.0, SkySampling::Always);
         assert!(draws(64).all(|u| sky.sample(u).is_none()));
         let (radiance, pdf) = sky.radiance_and_pdf(Vec3::Y);
         assert_eq!((radiance, pdf), (Vec3::ZERO, 0.0));
@@ -321,14 +403,19 @@ mod tests {
     #[test]
     fn sample_and_pdf_agree() {
         let (width, height) = (32usize, 16usize);
-        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [0.1 + (i * 37 % 101) as f32; 3]).collect();
+        let rgb: Vec<[f32; 3]> = (0..width * height)
+            .map(|i| [0.1 + (i * 37 % 101) as f32; 3])
+            .collect();
         let sky = SkyLight::map(width, height, rgb, 77.0, SkySampling::Always);
         let mut agreed = 0;
         for u in draws(4096) {
             let s = sky.sample(u).expect("light everywhere");
             let (radiance, pdf) = sky.radiance_and_pdf(s.wi);
             // On the border of two cells rounding may choose the other one.
-            agreed += u32::from((pdf / s.pdf - 1.0).abs() < 1e-3 && (radiance - s.radiance).abs().max_element() < 0.05);
+            agreed += u32::from(
+                (pdf / s.pdf - 1.0).abs() < 1e-3
+                    && (radiance - s.radiance).abs().max_element() < 0.05,
+            );
         }
         assert!(agreed > 4070, "{agreed} of 4096");
     }
@@ -337,20 +424,32 @@ mod tests {
     #[test]
     fn sampled_directions_follow_the_density() {
         let (width, height) = (16usize, 8usize);
-        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [if i % 7 == 0 { 20.0 } else { 0.2 }; 3]).collect();
+        let rgb: Vec<[f32; 3]> = (0..width * height)
+            .map(|i| [if i % 7 == 0 { 20.0 } else { 0.2 }; 3])
+            .collect();
         let sky = SkyLight::map(width, height, rgb, 0.0, SkySampling::Always);
-        let SkyLight::Map(map) = &sky else { unreachable!("a map") };
+        let SkyLight::Map(map) = &sky else {
+            unreachable!("a map")
+        };
         let (n, mut counts) = (1u32 << 18, vec![0u32; width * height]);
         for i in 0..n {
-            let u = [crate::math::hash::mix32(2 * i), crate::math::hash::mix32(2 * i + 1)].map(u32_to_unit);
+            let u = [
+                crate::math::hash::mix32(2 * i),
+                crate::math::hash::mix32(2 * i + 1),
+            ]
+            .map(u32_to_unit);
             let uv = map.uv(map.sample(u).expect("light").wi);
             let cell = |v: f32, n: usize| ((v * n as f32) as usize).min(n - 1);
             counts[cell(uv[1], height) * width + cell(uv[0], width)] += 1;
         }
-        let chi: f64 = counts.iter().zip(&map.tables.as_ref().expect("tables").density).map(|(&count, &density)| {
-            let expected = f64::from(density) / 128.0 * f64::from(n);
-            (f64::from(count) - expected) * (f64::from(count) - expected) / expected
-        }).sum();
+        let chi: f64 = counts
+            .iter()
+            .zip(&map.tables.as_ref().expect("tables").density)
+            .map(|(&count, &density)| {
+                let expected = f64::from(density) / 128.0 * f64::from(n);
+                (f64::from(count) - expected) * (f64::from(count) - expected) / expected
+            })
+            .sum();
         // 127 degrees of freedom: mean 127, the 0.999 quantile is 181.
         assert!(chi < 181.0, "{chi}");
     }
@@ -358,10 +457,15 @@ mod tests {
     #[test]
     fn the_middle_column_looks_along_minus_z_and_columns_grow_to_plus_x() {
         let (width, height) = (64usize, 32usize);
-        let rgb: Vec<[f32; 3]> = (0..width * height).map(|i| [(i % width) as f32, (i / width) as f32, 0.0]).collect();
+        let rgb: Vec<[f32; 3]> = (0..width * height)
+            .map(|i| [(i % width) as f32, (i / width) as f32, 0.0])
+            .collect();
         let sky = SkyLight::map(width, height, rgb, 0.0, SkySampling::Always);
         let ahead = sky.radiance(Vec3::NEG_Z);
-        assert!((ahead.x - 31.5).abs() < 1e-3 && (ahead.y - 15.5).abs() < 1e-3, "{ahead}");
+        assert!(
+            (ahead.x - 31.5).abs() < 1e-3 && (ahead.y - 15.5).abs() < 1e-3,
+            "{ahead}"
+        );
         assert!(sky.radiance(Vec3::new(0.5, 0.0, -1.0).normalize()).x > 32.0);
         assert!(sky.radiance(Vec3::new(0.0, 0.5, -1.0).normalize()).y < 15.0);
     }

@@ -59,7 +59,8 @@ impl SunLight {
     #[inline]
     #[must_use]
     pub fn sample(&self, u: [f32; 2]) -> Vec3 {
-        self.frame.to_world(crate::math::warp::uniform_cone(u, self.one_minus_cos))
+        self.frame
+            .to_world(crate::math::warp::uniform_cone(u, self.one_minus_cos))
     }
 
     /// Density of [`Self::sample`] per solid angle.
@@ -82,14 +83,25 @@ mod tests {
 
     fn sun(elevation_deg: f64, angular_radius_deg: f64) -> SunLight {
         let radiance = [1e6; 3];
-        SunLight::new(&Sun { azimuth_deg: 30.0, elevation_deg, angular_radius_deg, radiance }).expect("light")
+        SunLight::new(&Sun {
+            azimuth_deg: 30.0,
+            elevation_deg,
+            angular_radius_deg,
+            radiance,
+        })
+        .expect("light")
     }
 
     // E = pi L sin^2(r) cos(zenith angle), exactly, while the disc is above the
     // horizon: 69.763606 at the zenith for 0.27 degrees and L = 1e6.
     #[test]
     fn irradiance_is_exact() {
-        for (elevation, expected) in [(90.0, 69.763_606), (60.0, 60.417_055), (30.0, 34.881_803), (10.0, 12.114_323)] {
+        for (elevation, expected) in [
+            (90.0, 69.763_606),
+            (60.0, 60.417_055),
+            (30.0, 34.881_803),
+            (10.0, 12.114_323),
+        ] {
             let light = sun(elevation, 0.27);
             let n = 1 << 16;
             let mut sum = 0.0;
@@ -98,7 +110,10 @@ mod tests {
                 sum += f64::from(light.radiance.x * light.sample([u[0], u[1]]).y / light.pdf());
             }
             let irradiance = sum / f64::from(n);
-            assert!((irradiance / expected - 1.0).abs() < 2e-5, "{elevation}: {irradiance} against {expected}");
+            assert!(
+                (irradiance / expected - 1.0).abs() < 2e-5,
+                "{elevation}: {irradiance} against {expected}"
+            );
         }
     }
 
@@ -117,8 +132,15 @@ mod tests {
                 rim += u32::from(chord > 0.5 * light.chord_squared);
                 distinct.insert(chord.to_bits());
             }
-            assert!((4800..5200).contains(&rim), "half of the disc lies outside half its area: {rim}");
-            assert!(distinct.len() > 5000, "rings: {} distinct radii at {radius} degrees", distinct.len());
+            assert!(
+                (4800..5200).contains(&rim),
+                "half of the disc lies outside half its area: {rim}"
+            );
+            assert!(
+                distinct.len() > 5000,
+                "rings: {} distinct radii at {radius} degrees",
+                distinct.len()
+            );
         }
     }
 }

@@ -55,9 +55,12 @@ pub(crate) fn trace_batch<const PARTICLES: bool>(
     streams: &[SampleStream],
     results: &mut [PathResult; LANES],
 ) {
-    let Some(&first) = streams.first() else { return };
+    let Some(&first) = streams.first() else {
+        return;
+    };
     // Lanes beyond the last sample repeat the first and are thrown away.
-    let mut paths: [Path; LANES] = std::array::from_fn(|i| camera_path(scene, x, y, *streams.get(i).unwrap_or(&first)));
+    let mut paths: [Path; LANES] =
+        std::array::from_fn(|i| camera_path(scene, x, y, *streams.get(i).unwrap_or(&first)));
     *results = [PathResult::default(); LANES];
     for path in &mut paths[streams.len().min(LANES)..] {
         path.alive = false;
@@ -66,7 +69,8 @@ pub(crate) fn trace_batch<const PARTICLES: bool>(
     let mut sun_rays: [Option<ShadowRay>; LANES] = [None; LANES];
     for lane in 0..LANES {
         if paths[lane].alive {
-            sun_rays[lane] = first_vertex::<PARTICLES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
+            sun_rays[lane] =
+                first_vertex::<PARTICLES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
         }
     }
     sun_packet::<PARTICLES>(scene, &sun_rays, results);
@@ -78,8 +82,14 @@ pub(crate) fn trace_batch<const PARTICLES: bool>(
 #[inline]
 fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
     let [dx, dy, time, _] = stream.camera();
-    let lens = if scene.camera.has_lens() { stream.lens() } else { [0.0; 4] };
-    let (o, d) = scene.camera.ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
+    let lens = if scene.camera.has_lens() {
+        stream.lens()
+    } else {
+        [0.0; 4]
+    };
+    let (o, d) = scene
+        .camera
+        .ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
     Path {
         ray: Ray::new(o, d),
         stream,
@@ -93,7 +103,10 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
 }
 
 #[inline]
-fn camera_hits<const PARTICLES: bool>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
+fn camera_hits<const PARTICLES: bool>(
+    scene: &Scene,
+    paths: &[Path; LANES],
+) -> [Option<Hit>; LANES] {
     let rays = std::array::from_fn(|lane| paths[lane].ray);
     let keys = std::array::from_fn(|lane| paths[lane].stream.segment_key(0));
     scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
@@ -115,7 +128,9 @@ fn first_vertex<const PARTICLES: bool>(
     };
     let at = interact(scene, path, &hit);
     let (albedo, normal) = (at.bsdf.albedo(), at.frame.normal);
-    result.features = [albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0];
+    result.features = [
+        albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0,
+    ];
     let (sun, sky) = light_rays(scene, path, &at, 0);
     add_if_seen::<PARTICLES>(scene, sky, result);
     scatter(scene, path, &at, 0);
@@ -129,14 +144,20 @@ fn sun_packet<const PARTICLES: bool>(
     results: &mut [PathResult; LANES],
 ) {
     // A packet pays from two rays on; the empty lanes repeat a ray.
-    let Some(some) = sun_rays.iter().flatten().next() else { return };
+    let Some(some) = sun_rays.iter().flatten().next() else {
+        return;
+    };
     if sun_rays.iter().flatten().count() == 1 {
         for (ray, result) in sun_rays.iter().zip(results) {
             add_if_seen::<PARTICLES>(scene, *ray, result);
         }
         return;
     }
-    let rays = std::array::from_fn(|lane| sun_rays[lane].as_ref().map_or(some.ray, |shadow| shadow.ray));
+    let rays = std::array::from_fn(|lane| {
+        sun_rays[lane]
+            .as_ref()
+            .map_or(some.ray, |shadow| shadow.ray)
+    });
     let seen = scene.geometry.transmittance_depth8::<PARTICLES>(&rays);
     for lane in 0..LANES {
         if let Some(shadow) = &sun_rays[lane] {
@@ -174,7 +195,12 @@ fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Interaction {
 }
 
 #[inline]
-fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (Option<ShadowRay>, Option<ShadowRay>) {
+fn light_rays(
+    scene: &Scene,
+    path: &mut Path,
+    at: &Interaction,
+    depth: u32,
+) -> (Option<ShadowRay>, Option<ShadowRay>) {
     // A perfect mirror has no density that light sampling could hit.
     let sampled = !at.bsdf.is_delta();
     path.choice.sun_sampled = sampled && scene.sun.is_some();
@@ -186,9 +212,17 @@ fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (
         return (None, None);
     }
     let u = path.stream.lights(depth);
-    let sun = if path.choice.sun_sampled { sample_sun(scene, at, path.throughput, [u[0], u[1]]) } else { None };
+    let sun = if path.choice.sun_sampled {
+        sample_sun(scene, at, path.throughput, [u[0], u[1]])
+    } else {
+        None
+    };
     let sun = sun.and_then(|shadow| worth_tracing(scene, shadow, path, depth));
-    let sky = if path.choice.sky_sampled { sample_sky(scene, at, path.throughput, [u[2], u[3]]) } else { None };
+    let sky = if path.choice.sky_sampled {
+        sample_sky(scene, at, path.throughput, [u[2], u[3]])
+    } else {
+        None
+    };
     (sun, sky)
 }
 
@@ -196,7 +230,12 @@ fn light_rays(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) -> (
 // next to nothing: those are traced with a chance in proportion to what they add,
 // and count for more in return (Russian roulette, unbiased).
 #[inline]
-fn worth_tracing(scene: &Scene, mut shadow: ShadowRay, path: &Path, depth: u32) -> Option<ShadowRay> {
+fn worth_tracing(
+    scene: &Scene,
+    mut shadow: ShadowRay,
+    path: &Path,
+    depth: u32,
+) -> Option<ShadowRay> {
     let strongest = shadow.contribution.max_element();
     if strongest >= scene.faint {
         return Some(shadow);
@@ -210,7 +249,11 @@ fn worth_tracing(scene: &Scene, mut shadow: ShadowRay, path: &Path, depth: u32) 
 }
 
 #[inline]
-fn add_if_seen<const PARTICLES: bool>(scene: &Scene, shadow: Option<ShadowRay>, result: &mut PathResult) {
+fn add_if_seen<const PARTICLES: bool>(
+    scene: &Scene,
+    shadow: Option<ShadowRay>,
+    result: &mut PathResult,
+) {
     if let Some(shadow) = shadow {
         let occlusion = scene.geometry.transmittance_depth::<PARTICLES>(&shadow.ray);
         result.radiance += shadow.contribution * transmittance(occlusion);
@@ -233,7 +276,12 @@ fn transmittance(occlusion: Occlusion) -> f32 {
 fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
     let u = path.stream.scatter(depth);
     path.alive = false;
-    let Some(sample) = at.bsdf.sample(&scene.tables, at.wo_local, [u[0], u[1], u[2]]) else { return };
+    let Some(sample) = at
+        .bsdf
+        .sample(&scene.tables, at.wo_local, [u[0], u[1], u[2]])
+    else {
+        return;
+    };
     let wi = at.frame.to_world(sample.wi);
     // Under the surface itself there is nothing to be lit by.
     if wi.dot(at.n_geometric) <= 0.0 {
@@ -241,7 +289,8 @@ fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
     }
     path.throughput *= sample.weight;
     let strongest = path.throughput.max_element();
-    if !(strongest > 0.0) {
+    // Zero or, from an overflow, NaN: the latter is left to be counted as bad.
+    if strongest == 0.0 {
         return;
     }
     if depth >= ROULETTE_FROM {
@@ -256,7 +305,10 @@ fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
         path.choice = Choice::ALONE;
     } else {
         // The solid angle 1 / pdf of a lobe is a cone of angle 1 / sqrt(pi pdf).
-        path.cone_rad = path.cone_rad.max((0.25 / sample.pdf.max(1e-6)).sqrt()).min(CONE_ANGLE_MAX);
+        path.cone_rad = path
+            .cone_rad
+            .max((0.25 / sample.pdf.max(1e-6)).sqrt())
+            .min(CONE_ANGLE_MAX);
     }
     path.ray = Ray::new(at.point.origin_towards(wi), wi.normalize());
     path.alive = true;

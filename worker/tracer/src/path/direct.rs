@@ -17,29 +17,65 @@ pub(super) struct ShadowRay {
 
 /// A sample of the sun; `None` when it adds nothing.
 #[inline]
-pub(super) fn sample_sun(scene: &Scene, at: &Interaction, throughput: Vec3, u: [f32; 2]) -> Option<ShadowRay> {
+pub(super) fn sample_sun(
+    scene: &Scene,
+    at: &Interaction,
+    throughput: Vec3,
+    u: [f32; 2],
+) -> Option<ShadowRay> {
     let sun = scene.sun.as_ref()?;
-    shadow_ray(scene, at, throughput, sun.sample(u), sun.radiance, sun.pdf())
+    shadow_ray(
+        scene,
+        at,
+        throughput,
+        sun.sample(u),
+        sun.radiance,
+        sun.pdf(),
+    )
 }
 
 /// A sample of the sky; `None` when it adds nothing.
 #[inline]
-pub(super) fn sample_sky(scene: &Scene, at: &Interaction, throughput: Vec3, u: [f32; 2]) -> Option<ShadowRay> {
+pub(super) fn sample_sky(
+    scene: &Scene,
+    at: &Interaction,
+    throughput: Vec3,
+    u: [f32; 2],
+) -> Option<ShadowRay> {
     let sample = scene.sky.as_ref()?.sample(u)?;
-    shadow_ray(scene, at, throughput, sample.wi, sample.radiance, sample.pdf)
+    shadow_ray(
+        scene,
+        at,
+        throughput,
+        sample.wi,
+        sample.radiance,
+        sample.pdf,
+    )
 }
 
 #[inline]
-fn shadow_ray(scene: &Scene, at: &Interaction, throughput: Vec3, wi: Vec3, radiance: Vec3, pdf: f32) -> Option<ShadowRay> {
+fn shadow_ray(
+    scene: &Scene,
+    at: &Interaction,
+    throughput: Vec3,
+    wi: Vec3,
+    radiance: Vec3,
+    pdf: f32,
+) -> Option<ShadowRay> {
     // Light from behind the surface itself never counts, whatever the shading
     // normal says: no leaks.
     if wi.dot(at.n_geometric) <= 0.0 {
         return None;
     }
-    let (f_cos, pdf_bsdf) = at.bsdf.eval_pdf(&scene.tables, at.wo_local, at.frame.to_local(wi));
+    let (f_cos, pdf_bsdf) = at
+        .bsdf
+        .eval_pdf(&scene.tables, at.wo_local, at.frame.to_local(wi));
     let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_bsdf) / pdf);
     if contribution.max_element() > 0.0 {
-        Some(ShadowRay { ray: Ray::new(at.point.origin_towards(wi), wi), contribution })
+        Some(ShadowRay {
+            ray: Ray::new(at.point.origin_towards(wi), wi),
+            contribution,
+        })
     } else {
         None
     }

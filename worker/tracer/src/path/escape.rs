@@ -18,7 +18,11 @@ pub(super) struct Choice {
 
 impl Choice {
     /// A segment that no light sampling competes with.
-    pub(super) const ALONE: Self = Self { pdf: 0.0, sun_sampled: false, sky_sampled: false };
+    pub(super) const ALONE: Self = Self {
+        pdf: 0.0,
+        sun_sampled: false,
+        sky_sampled: false,
+    };
 }
 
 /// Weight of a sample of density `pdf` against one other technique of density
@@ -46,7 +50,11 @@ pub(super) fn escaped_radiance(scene: &Scene, d: Vec3, choice: Choice) -> Vec3 {
     if let Some(sun) = &scene.sun
         && sun.contains(d)
     {
-        let weight = if choice.sun_sampled { power_heuristic(choice.pdf, sun.pdf()) } else { 1.0 };
+        let weight = if choice.sun_sampled {
+            power_heuristic(choice.pdf, sun.pdf())
+        } else {
+            1.0
+        };
         radiance += sun.radiance * weight;
     }
     radiance

@@ -41,14 +41,19 @@ impl PixelSampler {
     #[must_use]
     pub fn new(seed: u64, frame: u32, half: Half, x: u32, y: u32) -> Self {
         let frame_key = mix64(seed ^ mix64((u64::from(frame) << 1) | half.index() as u64));
-        Self { key: mix64(frame_key ^ ((u64::from(y) << 32) | u64::from(x))) }
+        Self {
+            key: mix64(frame_key ^ ((u64::from(y) << 32) | u64::from(x))),
+        }
     }
 
     /// The draws of sample `index`.
     #[inline]
     #[must_use]
     pub fn sample(&self, index: u32) -> SampleStream {
-        SampleStream { pixel_key: self.key, index }
+        SampleStream {
+            pixel_key: self.key,
+            index,
+        }
     }
 }
 
@@ -87,7 +92,9 @@ impl SampleStream {
     #[inline]
     #[must_use]
     pub fn roulette(&self, depth: u32) -> f32 {
-        u32_to_unit(mix64(self.pixel_key ^ (u64::from(self.index) << 32) ^ u64::from(depth) ^ 0x0DD5_0F5A_11E5) as u32)
+        u32_to_unit(mix64(
+            self.pixel_key ^ (u64::from(self.index) << 32) ^ u64::from(depth) ^ 0x0DD5_0F5A_11E5,
+        ) as u32)
     }
 
     /// Key of the path segment `depth`, for decisions on transparent surfaces
@@ -95,13 +102,22 @@ impl SampleStream {
     #[inline]
     #[must_use]
     pub fn segment_key(&self, depth: u32) -> u64 {
-        mix64(self.pixel_key ^ (u64::from(self.index) << 32) ^ u64::from(depth) ^ 0x5EED_0F5E_6A3B_17C9)
+        mix64(
+            self.pixel_key
+                ^ (u64::from(self.index) << 32)
+                ^ u64::from(depth)
+                ^ 0x5EED_0F5E_6A3B_17C9,
+        )
     }
 
     #[inline]
     fn group(&self, depth: u32, which: u32) -> [f32; 4] {
         let group = FIRST_SCATTERING_GROUP + 2 * depth + which;
-        if depth < SOBOL_SCATTERINGS { self.sobol_group(group) } else { self.hash_group(group) }
+        if depth < SOBOL_SCATTERINGS {
+            self.sobol_group(group)
+        } else {
+            self.hash_group(group)
+        }
     }
 
     #[inline]
@@ -114,6 +130,12 @@ impl SampleStream {
     fn hash_group(&self, group: u32) -> [f32; 4] {
         let key = mix64(self.pixel_key ^ (u64::from(self.index) << 32) ^ u64::from(group));
         let (low, high) = (key as u32, (key >> 32) as u32);
-        [low, high, mix32(low ^ 0x9E37_79B9), mix32(high ^ 0x85EB_CA6B)].map(u32_to_unit)
+        [
+            low,
+            high,
+            mix32(low ^ 0x9E37_79B9),
+            mix32(high ^ 0x85EB_CA6B),
+        ]
+        .map(u32_to_unit)
     }
 }

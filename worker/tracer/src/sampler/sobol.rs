@@ -7,7 +7,8 @@ static TABLE: [[[u32; 4]; 256]; 4] = make_table();
 
 /// Direction numbers of dimensions 1 to 3: degree, coefficients of the primitive
 /// polynomial, first odd numbers m (Joe and Kuo 2008, new-joe-kuo-6).
-const PARAMETERS: [(usize, u32, [u32; 3]); 3] = [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
+const PARAMETERS: [(usize, u32, [u32; 3]); 3] =
+    [(1, 0, [1, 0, 0]), (2, 1, [1, 3, 0]), (3, 1, [1, 3, 1])];
 
 const fn direction_numbers(dimension: usize) -> [u32; 32] {
     let mut v = [0u32; 32];
@@ -88,8 +89,14 @@ fn nested_permutation(mut x: u32, seed: u32) -> u32 {
 #[must_use]
 pub fn sobol4_owen(index: u32, shuffle_seed: u32, scramble_seed: u32) -> [u32; 4] {
     let i = nested_permutation(index.reverse_bits(), shuffle_seed).reverse_bits();
-    let (a, b) = (&TABLE[0][(i & 255) as usize], &TABLE[1][(i >> 8 & 255) as usize]);
-    let (c, d) = (&TABLE[2][(i >> 16 & 255) as usize], &TABLE[3][(i >> 24) as usize]);
+    let (a, b) = (
+        &TABLE[0][(i & 255) as usize],
+        &TABLE[1][(i >> 8 & 255) as usize],
+    );
+    let (c, d) = (
+        &TABLE[2][(i >> 16 & 255) as usize],
+        &TABLE[3][(i >> 24) as usize],
+    );
     let mut seed = scramble_seed;
     std::array::from_fn(|k| {
         seed = seed.wrapping_mul(0x2c1b_3c6d).wrapping_add(0x297a_2d39);
@@ -106,15 +113,28 @@ mod tests {
     #[test]
     fn first_two_dimensions_are_a_net_for_every_scramble() {
         for seed in 0..8u32 {
-            let points: Vec<_> = (0..256).map(|i| sobol4_owen(i, seed.wrapping_mul(77), seed ^ 0xABCD)).collect();
+            let points: Vec<_> = (0..256)
+                .map(|i| sobol4_owen(i, seed.wrapping_mul(77), seed ^ 0xABCD))
+                .collect();
             for bits_x in 0..=8u32 {
                 let mut seen = [0u8; 256];
                 for p in &points {
-                    let x = if bits_x == 0 { 0 } else { p[0] >> (32 - bits_x) };
-                    let y = if bits_x == 8 { 0 } else { p[1] >> (24 + bits_x) };
+                    let x = if bits_x == 0 {
+                        0
+                    } else {
+                        p[0] >> (32 - bits_x)
+                    };
+                    let y = if bits_x == 8 {
+                        0
+                    } else {
+                        p[1] >> (24 + bits_x)
+                    };
                     seen[((x << (8 - bits_x)) | y) as usize] += 1;
                 }
-                assert!(seen.iter().all(|&n| n == 1), "seed {seed}, {bits_x} bits of x");
+                assert!(
+                    seen.iter().all(|&n| n == 1),
+                    "seed {seed}, {bits_x} bits of x"
+                );
             }
         }
     }
@@ -128,7 +148,10 @@ mod tests {
                 for i in 0..64 {
                     seen[(sobol4_owen(block * 64 + i, 9, 5)[dimension] >> 26) as usize] += 1;
                 }
-                assert!(seen.iter().all(|&n| n == 1), "block {block}, dimension {dimension}");
+                assert!(
+                    seen.iter().all(|&n| n == 1),
+                    "block {block}, dimension {dimension}"
+                );
             }
         }
     }
@@ -141,12 +164,20 @@ mod tests {
         for dimension in 0..4 {
             let mut sum = 0.0;
             for s in 0..n {
-                let value = |seed| f64::from(sobol4_owen(0, seed, seed ^ 0x1234)[dimension]) / 4_294_967_296.0 - 0.5;
-                sum += value(crate::math::hash::mix32(2 * s)) * value(crate::math::hash::mix32(2 * s + 1));
+                let value = |seed| {
+                    f64::from(sobol4_owen(0, seed, seed ^ 0x1234)[dimension]) / 4_294_967_296.0
+                        - 0.5
+                };
+                sum += value(crate::math::hash::mix32(2 * s))
+                    * value(crate::math::hash::mix32(2 * s + 1));
             }
             // Standard deviation of the mean product is (1/12) / sqrt(n); 5 sigma.
             let limit = 5.0 / 12.0 / f64::from(n).sqrt();
-            assert!((sum / f64::from(n)).abs() < limit, "dimension {dimension}: {}", sum / f64::from(n));
+            assert!(
+                (sum / f64::from(n)).abs() < limit,
+                "dimension {dimension}: {}",
+                sum / f64::from(n)
+            );
         }
     }
 }

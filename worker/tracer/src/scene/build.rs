@@ -60,16 +60,27 @@ impl Scene {
         let origin = DVec3::from_array(description.camera.position_m);
         let mut textures = Textures::new(assets);
         let meshes = build_meshes(description, assets, &mut report)?;
-        let sea = description.water.as_ref().map(|water| Sea::build(water, origin.to_array()));
+        let sea = description
+            .water
+            .as_ref()
+            .map(|water| Sea::build(water, origin.to_array()));
         let tables = build_tables(description, &meshes, sea.as_ref())?;
         let materials = Materials::new(description, &meshes, &tables, &mut textures)?;
         let (placed, instances) = place(description, &materials, origin)?;
         let (particles, particle_cloud) = build_clouds(description, origin)?;
         report.particles = particle_cloud.len();
-        let (trees, shading) = meshes.into_iter().map(|mesh| (mesh.tree, mesh.shading)).unzip();
+        let (trees, shading) = meshes
+            .into_iter()
+            .map(|mesh| (mesh.tree, mesh.shading))
+            .unzip();
         let water_y = sea.as_ref().map(|sea| (sea.height_m - origin.y) as f32);
-        let geometry = Geometry::build(trees, placed, particles, water_y).map_err(|e| geometry_error(".", &e))?;
-        let geometry = if options.portable_simd { geometry.without_avx2() } else { geometry };
+        let geometry = Geometry::build(trees, placed, particles, water_y)
+            .map_err(|e| geometry_error(".", &e))?;
+        let geometry = if options.portable_simd {
+            geometry.without_avx2()
+        } else {
+            geometry
+        };
         let sky = build_sky(description, assets)?;
         let scene = Self {
             geometry,
@@ -87,7 +98,11 @@ impl Scene {
             materials: materials.list,
             textures: textures.list,
             sea,
-            cloud_albedo: description.clouds.iter().map(|c| Vec3::from_array(c.albedo)).collect(),
+            cloud_albedo: description
+                .clouds
+                .iter()
+                .map(|c| Vec3::from_array(c.albedo))
+                .collect(),
             particle_cloud,
         };
         Ok((scene, report))
@@ -111,8 +126,10 @@ fn build_meshes(
     report: &mut BuildReport,
 ) -> Result<Vec<BuiltMesh>, SceneError> {
     let entries: Vec<_> = description.meshes.iter().collect();
-    let built: Vec<Result<BuiltMesh, SceneError>> =
-        entries.par_iter().map(|(name, mesh)| build_mesh(name, mesh, description, assets)).collect();
+    let built: Vec<Result<BuiltMesh, SceneError>> = entries
+        .par_iter()
+        .map(|(name, mesh)| build_mesh(name, mesh, description, assets))
+        .collect();
     let mut meshes = Vec::with_capacity(built.len());
     for mesh in built {
         let mut mesh = mesh?;
@@ -133,35 +150,66 @@ fn build_mesh(
     let materials = resolve_materials(&mesh.file, mesh, &loaded, &description.materials, assets)?;
     let tree = TriMesh::build(&loaded.positions, &loaded.triangles)
         .map_err(|e| SceneError::new(&mesh.file, ".", e.to_string()))?;
-    let notes = if notes.is_empty() { Vec::new() } else { vec![format!("mesh {name}: {notes}")] };
+    let notes = if notes.is_empty() {
+        Vec::new()
+    } else {
+        vec![format!("mesh {name}: {notes}")]
+    };
     let shading = MeshShading {
         triangles: loaded.triangles,
         normals: loaded.normals,
         uvs: loaded.uvs,
         material_of: loaded.material_of,
     };
-    Ok(BuiltMesh { tree, shading, materials, notes })
+    Ok(BuiltMesh {
+        tree,
+        shading,
+        materials,
+        notes,
+    })
 }
 
 type Placed = (Vec<Instance>, Vec<InstanceShading>);
 
-fn place(description: &SceneDescription, materials: &Materials, origin: DVec3) -> Result<Placed, SceneError> {
+fn place(
+    description: &SceneDescription,
+    materials: &Materials,
+    origin: DVec3,
+) -> Result<Placed, SceneError> {
     let (mut placed, mut shading) = (Vec::new(), Vec::new());
     for (number, instance) in description.instances.iter().enumerate() {
         let path = format!("instances[{number}]");
-        let numbers = materials.of_instance(instance).map_err(|e| SceneError::new("scene.json", &*path, e))?;
+        let numbers = materials
+            .of_instance(instance)
+            .map_err(|e| SceneError::new("scene.json", &*path, e))?;
         // `of_instance` has found the mesh; its number is its place among the names.
-        let mesh = description.meshes.keys().position(|name| *name == instance.mesh).unwrap_or(0) as u32;
+        let mesh = description
+            .meshes
+            .keys()
+            .position(|name| *name == instance.mesh)
+            .unwrap_or(0) as u32;
         let affine = world_from_local(instance, origin);
         placed.push(Instance::new(mesh, affine).map_err(|e| geometry_error(&path, &e))?);
-        shading.push(InstanceShading { mesh, materials: numbers, normal_from_local: normal_from_local(&affine) });
+        shading.push(InstanceShading {
+            mesh,
+            materials: numbers,
+            normal_from_local: normal_from_local(&affine),
+        });
     }
     Ok((placed, shading))
 }
 
-fn build_tables(description: &SceneDescription, meshes: &[BuiltMesh], sea: Option<&Sea>) -> Result<Tables, SceneError> {
+fn build_tables(
+    description: &SceneDescription,
+    meshes: &[BuiltMesh],
+    sea: Option<&Sea>,
+) -> Result<Tables, SceneError> {
     let needs = TableNeeds {
-        schlick: description.materials.values().chain(meshes.iter().flat_map(|m| &m.materials)).any(needs_schlick),
+        schlick: description
+            .materials
+            .values()
+            .chain(meshes.iter().flat_map(|m| &m.materials))
+            .any(needs_schlick),
         etas: sea.map(|sea| sea.ior).into_iter().collect(),
     };
     Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
@@ -170,28 +218,46 @@ fn build_tables(description: &SceneDescription, meshes: &[BuiltMesh], sea: Optio
 fn build_water(sea: Option<&Sea>, tables: &Tables) -> Result<Option<Water>, SceneError> {
     let Some(sea) = sea else { return Ok(None) };
     let water = Water::new(tables, sea.ior, sea.body_color, 0.0);
-    water.map(Some).map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
+    water
+        .map(Some)
+        .map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
 }
 
-fn build_sky(description: &SceneDescription, assets: &Assets) -> Result<Option<SkyLight>, SceneError> {
+fn build_sky(
+    description: &SceneDescription,
+    assets: &Assets,
+) -> Result<Option<SkyLight>, SceneError> {
     Ok(match &description.sky {
         None => None,
         Some(Sky::Constant(sky)) => Some(SkyLight::Constant(Vec3::from_array(sky.radiance))),
         Some(Sky::Map(map)) => {
-            let bytes = assets
-                .get(&map.file)
-                .ok_or_else(|| SceneError::new(&map.file, "sky.file", "the file was not supplied with the scene"))?;
+            let bytes = assets.get(&map.file).ok_or_else(|| {
+                SceneError::new(
+                    &map.file,
+                    "sky.file",
+                    "the file was not supplied with the scene",
+                )
+            })?;
             let mut image = load_sky(&map.file, bytes)?;
             for value in image.rgb.iter_mut().flatten() {
                 *value *= map.intensity;
             }
-            Some(SkyLight::map(image.width as usize, image.height as usize, image.rgb, map.rotation_deg, SkySampling::WhereItPays))
+            Some(SkyLight::map(
+                image.width as usize,
+                image.height as usize,
+                image.rgb,
+                map.rotation_deg,
+                SkySampling::WhereItPays,
+            ))
         }
     })
 }
 
 // Particles wholly under the water can be neither seen nor shadow anything.
-fn build_clouds(description: &SceneDescription, origin: DVec3) -> Result<(Option<Particles>, Vec<u16>), SceneError> {
+fn build_clouds(
+    description: &SceneDescription,
+    origin: DVec3,
+) -> Result<(Option<Particles>, Vec<u16>), SceneError> {
     let floor = description.water.as_ref().map(|water| {
         let scene::Water::Tessendorf(sea) = water;
         (sea.height_m - origin.y) as f32
@@ -200,12 +266,18 @@ fn build_clouds(description: &SceneDescription, origin: DVec3) -> Result<(Option
     let mut owners = Vec::new();
     for (number, cloud) in description.clouds.iter().enumerate() {
         let path = format!("clouds[{number}]");
-        let owner = u16::try_from(number).map_err(|_| SceneError::new("scene.json", &*path, "at most 65536 clouds"))?;
-        let seen = cloud::particles(cloud, origin).filter(|p| floor.is_none_or(|y| p.centre.y + p.radii.y > y));
+        let owner = u16::try_from(number)
+            .map_err(|_| SceneError::new("scene.json", &*path, "at most 65536 clouds"))?;
+        let seen = cloud::particles(cloud, origin)
+            .filter(|p| floor.is_none_or(|y| p.centre.y + p.radii.y > y));
         let before = ellipsoids.len();
         ellipsoids.extend(seen);
         if ellipsoids.len() > PARTICLES_MAX {
-            return Err(SceneError::new("scene.json", path, format!("more than {PARTICLES_MAX} particles in all")));
+            return Err(SceneError::new(
+                "scene.json",
+                path,
+                format!("more than {PARTICLES_MAX} particles in all"),
+            ));
         }
         owners.resize(owners.len() + ellipsoids.len() - before, owner);
     }
@@ -242,14 +314,24 @@ impl Materials {
         }
         let mut of_mesh = BTreeMap::new();
         for (name, mesh) in description.meshes.keys().zip(meshes) {
-            let numbers = mesh.materials.iter().map(|material| add(name, material, textures));
+            let numbers = mesh
+                .materials
+                .iter()
+                .map(|material| add(name, material, textures));
             of_mesh.insert(name.clone(), numbers.collect::<Result<Vec<_>, _>>()?);
         }
-        Ok(Self { list, of_scene, of_mesh })
+        Ok(Self {
+            list,
+            of_scene,
+            of_mesh,
+        })
     }
 
     fn of_instance(&self, instance: &scene::Instance) -> Result<Vec<u32>, String> {
-        let of_mesh = self.of_mesh.get(&instance.mesh).ok_or_else(|| format!("no mesh is named `{}`", instance.mesh))?;
+        let of_mesh = self
+            .of_mesh
+            .get(&instance.mesh)
+            .ok_or_else(|| format!("no mesh is named `{}`", instance.mesh))?;
         match &instance.material {
             None => Ok(of_mesh.clone()),
             Some(name) => match self.of_scene.get(name) {

@@ -17,10 +17,22 @@ pub(super) struct SurfaceMaterial {
 
 #[derive(Clone, Debug)]
 enum Kind {
-    Lambert { albedo: Vec3 },
-    Phong { kd: Vec3, ks: Vec3, exponent: f32 },
-    Ggx { plain: Ggx, base_color: Vec3 },
-    GgxReport { plain: GgxReport, parameters: GgxParameters },
+    Lambert {
+        albedo: Vec3,
+    },
+    Phong {
+        kd: Vec3,
+        ks: Vec3,
+        exponent: f32,
+    },
+    Ggx {
+        plain: Ggx,
+        base_color: Vec3,
+    },
+    GgxReport {
+        plain: GgxReport,
+        parameters: GgxParameters,
+    },
 }
 
 /// The textures of a scene, each read once.
@@ -33,7 +45,11 @@ pub(super) struct Textures<'a> {
 
 impl<'a> Textures<'a> {
     pub(super) fn new(assets: &'a Assets) -> Self {
-        Self { assets, numbers: BTreeMap::new(), list: Vec::new() }
+        Self {
+            assets,
+            numbers: BTreeMap::new(),
+            list: Vec::new(),
+        }
     }
 
     fn number(&mut self, file: &str) -> Result<u32, SceneError> {
@@ -51,14 +67,32 @@ impl<'a> Textures<'a> {
 
 impl SurfaceMaterial {
     /// A material of the scene, called `name` there.
-    pub(super) fn new(name: &str, material: &Material, tables: &Tables, textures: &mut Textures<'_>) -> Result<Self, SceneError> {
-        let texture = material.textures().next().map(|file| textures.number(file)).transpose()?;
-        let invalid = |e: &dyn std::fmt::Display| SceneError::new("scene.json", format!("materials.{name}"), e.to_string());
+    pub(super) fn new(
+        name: &str,
+        material: &Material,
+        tables: &Tables,
+        textures: &mut Textures<'_>,
+    ) -> Result<Self, SceneError> {
+        let texture = material
+            .textures()
+            .next()
+            .map(|file| textures.number(file))
+            .transpose()?;
+        let invalid = |e: &dyn std::fmt::Display| {
+            SceneError::new("scene.json", format!("materials.{name}"), e.to_string())
+        };
         let kind = match material {
-            Material::Lambert(m) => Kind::Lambert { albedo: Vec3::from_array(m.albedo) },
+            Material::Lambert(m) => Kind::Lambert {
+                albedo: Vec3::from_array(m.albedo),
+            },
             Material::Phong(m) => {
-                let phong = Phong::new(Vec3::from_array(m.kd), Vec3::from_array(m.ks), m.exponent).map_err(|e| invalid(&e))?;
-                Kind::Phong { kd: phong.kd, ks: phong.ks, exponent: phong.exponent }
+                let phong = Phong::new(Vec3::from_array(m.kd), Vec3::from_array(m.ks), m.exponent)
+                    .map_err(|e| invalid(&e))?;
+                Kind::Phong {
+                    kd: phong.kd,
+                    ks: phong.ks,
+                    exponent: phong.exponent,
+                }
             }
             Material::Ggx(m) => {
                 let parameters = GgxParameters {
@@ -72,9 +106,10 @@ impl SurfaceMaterial {
                         plain: Ggx::new(tables, &parameters).map_err(|e| invalid(&e))?,
                         base_color: parameters.base_color,
                     },
-                    GgxModel::Report => {
-                        Kind::GgxReport { plain: GgxReport::new(&parameters).map_err(|e| invalid(&e))?, parameters }
-                    }
+                    GgxModel::Report => Kind::GgxReport {
+                        plain: GgxReport::new(&parameters).map_err(|e| invalid(&e))?,
+                        parameters,
+                    },
                 }
             }
         };
@@ -85,14 +120,27 @@ impl SurfaceMaterial {
     #[inline]
     pub(super) fn bsdf(&self, tables: &Tables, tint: Vec3) -> Bsdf {
         match &self.kind {
-            Kind::Lambert { albedo } => Bsdf::Lambert { albedo: *albedo * tint },
-            Kind::Phong { kd, ks, exponent } => Bsdf::Phong(Phong { kd: *kd * tint, ks: *ks, exponent: *exponent }),
+            Kind::Lambert { albedo } => Bsdf::Lambert {
+                albedo: *albedo * tint,
+            },
+            Kind::Phong { kd, ks, exponent } => Bsdf::Phong(Phong {
+                kd: *kd * tint,
+                ks: *ks,
+                exponent: *exponent,
+            }),
             Kind::Ggx { plain, .. } if self.texture.is_none() => Bsdf::Ggx(*plain),
-            Kind::Ggx { plain, base_color } => Bsdf::Ggx(plain.with_base_color(tables, *base_color * tint)),
-            Kind::GgxReport { plain, .. } if self.texture.is_none() => Bsdf::GgxReport(*plain),
-            Kind::GgxReport { plain, parameters: p } => {
-                Bsdf::GgxReport(plain.with_base_color(p.base_color * tint, p.metalness, p.dielectric_f0))
+            Kind::Ggx { plain, base_color } => {
+                Bsdf::Ggx(plain.with_base_color(tables, *base_color * tint))
             }
+            Kind::GgxReport { plain, .. } if self.texture.is_none() => Bsdf::GgxReport(*plain),
+            Kind::GgxReport {
+                plain,
+                parameters: p,
+            } => Bsdf::GgxReport(plain.with_base_color(
+                p.base_color * tint,
+                p.metalness,
+                p.dielectric_f0,
+            )),
         }
     }
 }

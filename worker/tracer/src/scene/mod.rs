@@ -70,7 +70,14 @@ impl Scene {
 
     /// Shading normal (either side) and scattering at a point of a triangle.
     #[inline]
-    pub(crate) fn surface(&self, instance: u32, prim: u32, u: f32, v: f32, n_geometric: Vec3) -> (Vec3, Bsdf) {
+    pub(crate) fn surface(
+        &self,
+        instance: u32,
+        prim: u32,
+        u: f32,
+        v: f32,
+        n_geometric: Vec3,
+    ) -> (Vec3, Bsdf) {
         let placed = &self.instances[instance as usize];
         let mesh = &self.shading[placed.mesh as usize];
         let corners = mesh.triangles[prim as usize].map(|i| i as usize);
@@ -78,14 +85,19 @@ impl Scene {
         let normal = if mesh.normals.is_empty() {
             n_geometric
         } else {
-            let local = mesh.normals[corners[0]] * w + mesh.normals[corners[1]] * u + mesh.normals[corners[2]] * v;
-            (placed.normal_from_local * local).try_normalize().unwrap_or(n_geometric)
+            let local = mesh.normals[corners[0]] * w
+                + mesh.normals[corners[1]] * u
+                + mesh.normals[corners[2]] * v;
+            (placed.normal_from_local * local)
+                .try_normalize()
+                .unwrap_or(n_geometric)
         };
         let number = placed.materials[mesh.material_of[prim as usize] as usize];
         let material = &self.materials[number as usize];
         let tint = match material.texture {
             Some(texture) if !mesh.uvs.is_empty() => {
-                let uv = mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
+                let uv =
+                    mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
                 Vec3::from_array(self.textures[texture as usize].rgb(uv.x, uv.y))
             }
             _ => Vec3::ONE,
@@ -96,7 +108,9 @@ impl Scene {
     /// Scattering of a particle.
     #[inline]
     pub(crate) fn particle_bsdf(&self, prim: u32) -> Bsdf {
-        Bsdf::Lambert { albedo: self.cloud_albedo[usize::from(self.particle_cloud[prim as usize])] }
+        Bsdf::Lambert {
+            albedo: self.cloud_albedo[usize::from(self.particle_cloud[prim as usize])],
+        }
     }
 
     /// Shading normal and scattering of the water at `p`, for a ray that is
@@ -107,7 +121,10 @@ impl Scene {
             (Some(sea), Some(water)) => {
                 let point = sea.at(p.x, p.z, time_s, footprint_m);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
-                (normal, Bsdf::Water(water.with_alpha(&self.tables, point.alpha)))
+                (
+                    normal,
+                    Bsdf::Water(water.with_alpha(&self.tables, point.alpha)),
+                )
             }
             _ => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),
         }

@@ -45,7 +45,13 @@ mod tests {
     use glam::Vec3;
 
     fn place(rotate_deg: [f64; 3], scale: [f64; 3]) -> Affine3A {
-        let instance = Instance { mesh: "m".into(), translate_m: [1.0, 2.0, 3.0], rotate_deg, scale, material: None };
+        let instance = Instance {
+            mesh: "m".into(),
+            translate_m: [1.0, 2.0, 3.0],
+            rotate_deg,
+            scale,
+            material: None,
+        };
         world_from_local(&instance, DVec3::new(1.0, 2.0, 3.0))
     }
 
@@ -54,11 +60,23 @@ mod tests {
         let near = |a: Vec3, b: Vec3| (a - b).length() < 1e-6;
         let one = [1.0; 3];
         // About +y by 90 degrees: +z goes to +x.
-        assert!(near(place([0.0, 90.0, 0.0], one).transform_point3(Vec3::Z), Vec3::X));
-        assert!(near(place([90.0, 0.0, 0.0], one).transform_point3(Vec3::Y), Vec3::Z));
-        assert!(near(place([0.0, 0.0, 90.0], one).transform_point3(Vec3::X), Vec3::Y));
+        assert!(near(
+            place([0.0, 90.0, 0.0], one).transform_point3(Vec3::Z),
+            Vec3::X
+        ));
+        assert!(near(
+            place([90.0, 0.0, 0.0], one).transform_point3(Vec3::Y),
+            Vec3::Z
+        ));
+        assert!(near(
+            place([0.0, 0.0, 90.0], one).transform_point3(Vec3::X),
+            Vec3::Y
+        ));
         // Roll first, yaw last: x rolls up to y, which yaw leaves alone.
-        assert!(near(place([0.0, 37.0, 90.0], one).transform_point3(Vec3::X), Vec3::Y));
+        assert!(near(
+            place([0.0, 37.0, 90.0], one).transform_point3(Vec3::X),
+            Vec3::Y
+        ));
     }
 
     #[test]

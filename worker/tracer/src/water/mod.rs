@@ -56,7 +56,10 @@ impl Sea {
             slopes: SlopeMap::new(&field),
             origin: Vec2::new(wrap(origin_m[0]), wrap(origin_m[2])),
             per_metre: (1.0 / sea.tile_m) as f32,
-            drift: Vec2::new((sea.velocity_mps[0] / sea.tile_m) as f32, (sea.velocity_mps[1] / sea.tile_m) as f32),
+            drift: Vec2::new(
+                (sea.velocity_mps[0] / sea.tile_m) as f32,
+                (sea.velocity_mps[1] / sea.tile_m) as f32,
+            ),
             ripple_alpha2: alpha * alpha,
             body_color: glam::Vec3::from_array(sea.body_color),
             ior: sea.ior,
@@ -72,6 +75,9 @@ impl Sea {
     pub fn at(&self, x: f32, z: f32, time_s: f32, footprint_m: f32) -> WaterPoint {
         let tile = Vec2::new(x, z) * self.per_metre + self.origin - self.drift * time_s;
         let Slopes { slope, variance } = self.slopes.lookup(tile, footprint_m * self.per_metre);
-        WaterPoint { slope, alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0) }
+        WaterPoint {
+            slope,
+            alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0),
+        }
     }
 }

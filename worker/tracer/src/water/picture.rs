@@ -38,13 +38,29 @@ pub fn height_pictures(sea: &TessendorfWater) -> Result<HeightPictures, HeightPi
     let field = height_field(sea);
     let n = field.n;
     let lowest_m = field.height.iter().copied().fold(f64::INFINITY, f64::min);
-    let highest_m = field.height.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let scale = if highest_m > lowest_m { 65_535.0 / (highest_m - lowest_m) } else { 0.0 };
-    let grey: Vec<u8> =
-        field.height.iter().flat_map(|h| (((h - lowest_m) * scale + 0.5) as u16).to_ne_bytes()).collect();
+    let highest_m = field
+        .height
+        .iter()
+        .copied()
+        .fold(f64::NEG_INFINITY, f64::max);
+    let scale = if highest_m > lowest_m {
+        65_535.0 / (highest_m - lowest_m)
+    } else {
+        0.0
+    };
+    let grey: Vec<u8> = field
+        .height
+        .iter()
+        .flat_map(|h| (((h - lowest_m) * scale + 0.5) as u16).to_ne_bytes())
+        .collect();
     let mut png = Vec::new();
     let side = n as u32;
-    image::codecs::png::PngEncoder::new(&mut png).write_image(&grey, side, side, ExtendedColorType::L16)?;
+    image::codecs::png::PngEncoder::new(&mut png).write_image(
+        &grey,
+        side,
+        side,
+        ExtendedColorType::L16,
+    )?;
     let mut exr = Vec::new();
     let channels = SpecificChannels::build()
         .with_channel::<f32>("Y")
@@ -52,10 +68,21 @@ pub fn height_pictures(sea: &TessendorfWater) -> Result<HeightPictures, HeightPi
         .with_channel::<f32>("slope.Z")
         .with_pixel_fn(|at: exr::math::Vec2<usize>| {
             let i = at.y() * n + at.x();
-            (field.height[i] as f32, field.slope_x[i] as f32, field.slope_z[i] as f32)
+            (
+                field.height[i] as f32,
+                field.slope_x[i] as f32,
+                field.slope_z[i] as f32,
+            )
         });
-    exr::image::Image::from_channels((n, n), channels).write().to_buffered(Cursor::new(&mut exr))?;
-    Ok(HeightPictures { png, exr, lowest_m, highest_m })
+    exr::image::Image::from_channels((n, n), channels)
+        .write()
+        .to_buffered(Cursor::new(&mut exr))?;
+    Ok(HeightPictures {
+        png,
+        exr,
+        lowest_m,
+        highest_m,
+    })
 }
 
 #[cfg(test)]
@@ -67,9 +94,14 @@ mod tests {
         let sea = crate::water::spectrum::tests::sea();
         let pictures = height_pictures(&sea).expect("written");
         assert!(pictures.lowest_m < 0.0 && pictures.highest_m > 0.0);
-        let image = image::load_from_memory(&pictures.png).expect("a PNG").into_luma16();
+        let image = image::load_from_memory(&pictures.png)
+            .expect("a PNG")
+            .into_luma16();
         assert_eq!(image.dimensions(), (128, 128));
         let values = image.as_raw();
-        assert_eq!((values.iter().min(), values.iter().max()), (Some(&0), Some(&65_535)));
+        assert_eq!(
+            (values.iter().min(), values.iter().max()),
+            (Some(&0), Some(&65_535))
+        );
     }
 }

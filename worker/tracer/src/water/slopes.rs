@@ -38,12 +38,20 @@ impl SlopeMap {
     pub fn new(field: &HeightField) -> Self {
         let mut n = field.n;
         // Mean slope x, mean slope z, mean of squared slope length.
-        let mut moments: Vec<[f64; 3]> =
-            field.slope_x.iter().zip(&field.slope_z).map(|(&x, &z)| [x, z, x * x + z * z]).collect();
+        let mut moments: Vec<[f64; 3]> = field
+            .slope_x
+            .iter()
+            .zip(&field.slope_z)
+            .map(|(&x, &z)| [x, z, x * x + z * z])
+            .collect();
         let mut levels = Vec::new();
         loop {
             let first = 0.5 - 0.5 * n as f32 / field.n as f32;
-            levels.push(Level { n, first, texels: moments.iter().map(texel).collect() });
+            levels.push(Level {
+                n,
+                first,
+                texels: moments.iter().map(texel).collect(),
+            });
             if n == 1 {
                 break;
             }
@@ -51,7 +59,10 @@ impl SlopeMap {
             n /= 2;
         }
         let total_variance = moments.first().map_or(0.0, |m| texel(m)[2]);
-        Self { levels, total_variance }
+        Self {
+            levels,
+            total_variance,
+        }
     }
 
     /// Slope at `tile` (in tiles, any value; it wraps), over a footprint of
@@ -64,15 +75,24 @@ impl SlopeMap {
         // Beyond the tile there is only its variance; this also takes infinities.
         if texels < base {
             let level = if texels > 1.0 { level_of(texels) } else { 0 };
-            let fraction = if texels > 1.0 { texels / (1u32 << level) as f32 - 1.0 } else { 0.0 };
+            let fraction = if texels > 1.0 {
+                texels / (1u32 << level) as f32 - 1.0
+            } else {
+                0.0
+            };
             let fine = self.bilinear(level, tile);
             if fraction <= 0.0 {
                 return slopes(fine);
             }
             let coarse = self.bilinear(level + 1, tile);
-            return slopes(std::array::from_fn(|i| fine[i] + (coarse[i] - fine[i]) * fraction));
+            return slopes(std::array::from_fn(|i| {
+                fine[i] + (coarse[i] - fine[i]) * fraction
+            }));
         }
-        Slopes { slope: Vec2::ZERO, variance: self.total_variance }
+        Slopes {
+            slope: Vec2::ZERO,
+            variance: self.total_variance,
+        }
     }
 
     #[inline]
@@ -93,7 +113,10 @@ impl SlopeMap {
 
 #[inline]
 fn slopes(t: [f32; 4]) -> Slopes {
-    Slopes { slope: Vec2::new(t[0], t[1]), variance: t[2] }
+    Slopes {
+        slope: Vec2::new(t[0], t[1]),
+        variance: t[2],
+    }
 }
 
 // floor(log2) of a value above 1 and far below 2^31.
@@ -125,7 +148,9 @@ fn halve(fine: &[[f64; 3]], n: usize) -> Vec<[f64; 3]> {
         for x in 0..half {
             let at = |dx: usize, dz: usize| fine[(2 * z + dz) * n + 2 * x + dx];
             let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-            coarse.push(std::array::from_fn(|i| four.iter().map(|m| m[i]).sum::<f64>() * 0.25));
+            coarse.push(std::array::from_fn(|i| {
+                four.iter().map(|m| m[i]).sum::<f64>() * 0.25
+            }));
         }
     }
     coarse
@@ -137,9 +162,20 @@ mod tests {
 
     fn field() -> HeightField {
         let n = 64;
-        let wave = |i: usize, f: f64| libm::sin(2.0 * std::f64::consts::PI * f * i as f64 / n as f64);
-        let slope = |a: f64, b: f64| (0..n * n).map(|i| 0.1 * wave(i % n, a) + 0.05 * wave(i / n, b)).collect::<Vec<_>>();
-        HeightField { n, tile_m: 64.0, height: vec![0.0; n * n], slope_x: slope(3.0, 7.0), slope_z: slope(16.0, 2.0) }
+        let wave =
+            |i: usize, f: f64| libm::sin(2.0 * std::f64::consts::PI * f * i as f64 / n as f64);
+        let slope = |a: f64, b: f64| {
+            (0..n * n)
+                .map(|i| 0.1 * wave(i % n, a) + 0.05 * wave(i / n, b))
+                .collect::<Vec<_>>()
+        };
+        HeightField {
+            n,
+            tile_m: 64.0,
+            height: vec![0.0; n * n],
+            slope_x: slope(3.0, 7.0),
+            slope_z: slope(16.0, 2.0),
+        }
     }
 
     // What the mean loses the variance gains: total second moment per level.
@@ -147,12 +183,20 @@ mod tests {
     fn every_level_keeps_the_second_moment() {
         let map = SlopeMap::new(&field());
         let moment = |level: &Level| {
-            let sum: f64 = level.texels.iter().map(|t| f64::from(t[0] * t[0] + t[1] * t[1] + 2.0 * t[2])).sum();
+            let sum: f64 = level
+                .texels
+                .iter()
+                .map(|t| f64::from(t[0] * t[0] + t[1] * t[1] + 2.0 * t[2]))
+                .sum();
             sum / level.texels.len() as f64
         };
         let first = moment(&map.levels[0]);
         for level in &map.levels {
-            assert!((moment(level) / first - 1.0).abs() < 1e-5, "level of {}", level.n);
+            assert!(
+                (moment(level) / first - 1.0).abs() < 1e-5,
+                "level of {}",
+                level.n
+            );
         }
         assert!((f64::from(map.total_variance) * 2.0 / first - 1.0).abs() < 1e-5);
     }
@@ -161,18 +205,27 @@ mod tests {
     fn lookups_are_periodic_and_continuous() {
         let map = SlopeMap::new(&field());
         for (x, z) in [(0.3, 0.7), (0.0, 0.0), (0.999, 0.01)] {
-            let (a, b) = (map.lookup(Vec2::new(x, z), 0.0), map.lookup(Vec2::new(x + 3.0, z - 2.0), 0.0));
+            let (a, b) = (
+                map.lookup(Vec2::new(x, z), 0.0),
+                map.lookup(Vec2::new(x + 3.0, z - 2.0), 0.0),
+            );
             assert!((a.slope - b.slope).length() < 1e-5, "{x} {z}");
         }
         let step = 1e-4;
         for i in 0..20_000 {
             let t = i as f32 * step;
-            let (a, b) = (map.lookup(Vec2::new(t, 0.2), 0.02), map.lookup(Vec2::new(t + step, 0.2), 0.02));
+            let (a, b) = (
+                map.lookup(Vec2::new(t, 0.2), 0.02),
+                map.lookup(Vec2::new(t + step, 0.2), 0.02),
+            );
             assert!((a.slope - b.slope).length() < 0.01, "{t}");
         }
         for width in [0.5 / 64.0, 1.0 / 64.0, 2.0 / 64.0, 4.0 / 64.0, 0.999] {
             let at = |w: f32| map.lookup(Vec2::new(0.31, 0.64), w);
-            assert!((at(width * 0.999).slope - at(width * 1.001).slope).length() < 1e-3, "{width}");
+            assert!(
+                (at(width * 0.999).slope - at(width * 1.001).slope).length() < 1e-3,
+                "{width}"
+            );
         }
     }
 

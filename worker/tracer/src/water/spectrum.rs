@@ -55,7 +55,13 @@ fn phillips(sea: &TessendorfWater, kx: f64, kz: f64) -> f64 {
 pub fn height_field(sea: &TessendorfWater) -> HeightField {
     let n = sea.grid as usize;
     let step = 2.0 * PI / sea.tile_m;
-    let signed = |i: usize| if i < n / 2 { i as f64 } else { i as f64 - n as f64 };
+    let signed = |i: usize| {
+        if i < n / 2 {
+            i as f64
+        } else {
+            i as f64 - n as f64
+        }
+    };
     let mut height = vec![Complex::new(0.0, 0.0); n * n];
     let mut slopes = height.clone();
     for row in 0..n {
@@ -71,7 +77,8 @@ pub fn height_field(sea: &TessendorfWater) -> HeightField {
             let slope_x = Complex::new(-kx * h.im, kx * h.re);
             let slope_z = Complex::new(-kz * h.im, kz * h.re);
             // Both fields are real: their sum as X + i Z comes apart again.
-            slopes[row * n + column] = Complex::new(slope_x.re - slope_z.im, slope_x.im + slope_z.re);
+            slopes[row * n + column] =
+                Complex::new(slope_x.re - slope_z.im, slope_x.im + slope_z.re);
         }
     }
     inverse_2d(&mut height, n);
@@ -87,7 +94,14 @@ pub fn height_field(sea: &TessendorfWater) -> HeightField {
 
 // h(k, t) = h0(k) e^{iwt} + conj(h0(-k)) e^{-iwt}, with w^2 = g k. Each h0 carries
 // half of P dk^2, since both terms add theirs: the expected variance is sum P dk^2.
-fn amplitude(sea: &TessendorfWater, n: usize, row: usize, column: usize, kx: f64, kz: f64) -> Complex<f64> {
+fn amplitude(
+    sea: &TessendorfWater,
+    n: usize,
+    row: usize,
+    column: usize,
+    kx: f64,
+    kz: f64,
+) -> Complex<f64> {
     let cell = 2.0 * PI / sea.tile_m;
     let h0 = |row: usize, column: usize, kx: f64, kz: f64| {
         let scale = libm::sqrt(0.5 * 0.5 * phillips(sea, kx, kz)) * cell;
@@ -113,7 +127,8 @@ fn gaussian_pair(key: u64) -> (f64, f64) {
 // Inverse transform without a factor, rows then columns. rustfft's scalar planner:
 // its automatic one gives other bits on other CPUs.
 fn inverse_2d(values: &mut [Complex<f64>], n: usize) {
-    let fft: Arc<dyn Fft<f64>> = rustfft::FftPlannerScalar::new().plan_fft(n, FftDirection::Inverse);
+    let fft: Arc<dyn Fft<f64>> =
+        rustfft::FftPlannerScalar::new().plan_fft(n, FftDirection::Inverse);
     fft.process(values);
     transpose(values, n);
     fft.process(values);
@@ -158,8 +173,18 @@ pub(super) mod tests {
     fn the_field_is_real_and_has_no_mean() {
         let field = height_field(&sea());
         let mean = field.height.iter().sum::<f64>() / field.height.len() as f64;
-        assert!(mean.abs() < 1e-12 * libm::sqrt(variance(&field.height)), "{mean}");
-        assert!(field.height.iter().chain(&field.slope_x).chain(&field.slope_z).all(|v| v.is_finite()));
+        assert!(
+            mean.abs() < 1e-12 * libm::sqrt(variance(&field.height)),
+            "{mean}"
+        );
+        assert!(
+            field
+                .height
+                .iter()
+                .chain(&field.slope_x)
+                .chain(&field.slope_z)
+                .all(|v| v.is_finite())
+        );
     }
 
     // Sum P dk^2 -> A pi Lw^2 / 2 over the plane: 163.22 for V = 10, A = 1; a
@@ -168,7 +193,17 @@ pub(super) mod tests {
     fn variance_is_that_of_the_spectrum_for_any_tile() {
         let measured = |tile_m: f64| {
             let seeds = 60;
-            let one = |seed| variance(&height_field(&TessendorfWater { grid: 64, tile_m, seed, ..sea() }).height);
+            let one = |seed| {
+                variance(
+                    &height_field(&TessendorfWater {
+                        grid: 64,
+                        tile_m,
+                        seed,
+                        ..sea()
+                    })
+                    .height,
+                )
+            };
             (0..seeds).map(one).sum::<f64>() / seeds as f64
         };
         for tile_m in [200.0, 400.0] {
@@ -180,17 +215,25 @@ pub(super) mod tests {
     // Spectral slopes against sixth-order differences of a smooth field.
     #[test]
     fn slopes_are_the_derivatives_of_the_heights() {
-        let field = height_field(&TessendorfWater { cutoff_m: 12.0, ..sea() });
+        let field = height_field(&TessendorfWater {
+            cutoff_m: 12.0,
+            ..sea()
+        });
         let (n, d) = (field.n, field.tile_m / field.n as f64);
         let at = |x: usize, z: usize| field.height[(z % n) * n + x % n];
         let rms = libm::sqrt(variance(&field.slope_x) + variance(&field.slope_z));
         for (x, z) in [(0, 0), (5, 77), (127, 127), (64, 3)] {
             let stencil = |f: &dyn Fn(usize) -> f64| {
-                (45.0 * (f(1) - f(n - 1)) - 9.0 * (f(2) - f(n - 2)) + (f(3) - f(n - 3))) / (60.0 * d)
+                (45.0 * (f(1) - f(n - 1)) - 9.0 * (f(2) - f(n - 2)) + (f(3) - f(n - 3)))
+                    / (60.0 * d)
             };
             let dx = stencil(&|s| at(x + s, z));
             let dz = stencil(&|s| at(x, z + s));
-            assert!((dx - field.slope_x[z * n + x]).abs() < 2e-4 * rms, "{dx} {}", field.slope_x[z * n + x]);
+            assert!(
+                (dx - field.slope_x[z * n + x]).abs() < 2e-4 * rms,
+                "{dx} {}",
+                field.slope_x[z * n + x]
+            );
             assert!((dz - field.slope_z[z * n + x]).abs() < 2e-4 * rms);
         }
     }
@@ -202,7 +245,12 @@ pub(super) mod tests {
         let omega = libm::sqrt(GRAVITY_MPS2 * 2.0 * PI / 10.0);
         assert!((2.0 * PI / omega - 2.530_79).abs() < 1e-5);
         let now = |time_s| {
-            let sea = TessendorfWater { tile_m: 10.0, grid: 16, time_s, ..sea() };
+            let sea = TessendorfWater {
+                tile_m: 10.0,
+                grid: 16,
+                time_s,
+                ..sea()
+            };
             let (kx, kz) = (2.0 * PI / 10.0, 0.0);
             amplitude(&sea, 16, 0, 1, kx, kz)
         };
