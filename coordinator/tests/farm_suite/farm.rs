@@ -264,3 +264,16 @@ pub(crate) fn asset_ref(bytes: &[u8]) -> AssetRef {
         size: bytes.len() as u64,
     }
 }
+
+/// Every file below a folder.
+pub(crate) fn files(folder: &std::path::Path) -> Vec<String> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("folder").flatten() {
+        if entry.path().is_dir() {
+            found.extend(files(&entry.path()));
+        } else {
+            found.push(entry.path().display().to_string());
+        }
+    }
+    found
+}

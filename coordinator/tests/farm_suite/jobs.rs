@@ -1,6 +1,6 @@
 //! Jobs from submission to film.
 
-use crate::farm::{SCENE, asset_ref, expected_hash, json, problem, start};
+use crate::farm::{SCENE, asset_ref, expected_hash, files, json, problem, start};
 use reqwest::StatusCode;
 use shearwater_shared::api::{JobPage, JobView, SettingsOverride};
 use shearwater_shared::job::JobState;
@@ -27,18 +27,6 @@ async fn from_submission_to_the_exact_film() {
     assert_eq!(objects.iter().filter(|f| f.contains("/part/")).count(), 0);
     assert_eq!(objects.iter().filter(|f| f.contains("/film/")).count(), 4);
     farm.coordinator.shutdown().await;
-}
-
-fn files(folder: &std::path::Path) -> Vec<String> {
-    let mut found = Vec::new();
-    for entry in std::fs::read_dir(folder).expect("folder").flatten() {
-        if entry.path().is_dir() {
-            found.extend(files(&entry.path()));
-        } else {
-            found.push(entry.path().display().to_string());
-        }
-    }
-    found
 }
 
 #[tokio::test]

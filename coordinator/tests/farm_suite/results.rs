@@ -1,6 +1,6 @@
 //! Results in every order, number and cut: the film is the same.
 
-use crate::farm::{expected_hash, part, problem, start, start_with, sums};
+use crate::farm::{expected_hash, files, part, problem, start, start_with, sums};
 use reqwest::StatusCode;
 use shearwater_shared::job::JobState;
 use shearwater_shared::plan::{Plan, Run};
@@ -35,6 +35,8 @@ async fn shuffled_and_repeated_results_give_the_same_film() {
     for (lease, run) in &runs {
         assert!(farm.deliver_run(&job, *lease, run, "w").await);
     }
+    let parts = files(&farm.dir.path().join("objects/part"));
+    assert_eq!(parts, [""; 0], "what was not counted or is folded is gone");
     let after = farm.job(job.id).await;
     assert_eq!(after.film_hashes, done.film_hashes);
     assert_eq!((after.units_done, after.unequal_results), (16, 0));

@@ -250,6 +250,9 @@ async fn expiry_frees_and_late_results_count(store: &Store) {
     let late = part(job, first.runs[0], first.id, 0);
     let outcome = store.commit(&late, 1_000_400).await.expect("commit");
     assert_eq!(outcome, CommitOutcome::Counted);
+    let counted = [first.runs[0]];
+    let reissue = store.reissue(job, &counted, "v", 1_000_400, 2_000_000);
+    assert_eq!(reissue.await.expect("reissue"), None, "nobody waits for it");
     let again = part(job, second.runs[0], second.id, 1);
     let outcome = store.commit(&again, 1_000_400).await.expect("commit");
     assert_eq!(outcome, CommitOutcome::Duplicate);
