@@ -266,7 +266,7 @@ pub(crate) fn asset_ref(bytes: &[u8]) -> AssetRef {
 }
 
 /// Every file below a folder.
-pub(crate) fn files(folder: &std::path::Path) -> Vec<String> {
+pub(crate) fn files(folder: &Path) -> Vec<String> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).expect("folder").flatten() {
         if entry.path().is_dir() {
