@@ -37,7 +37,8 @@ Examples:
     shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
     shearwater worker --coordinator http://farm:7788
     shearwater submit scene.json --coordinator http://farm:7788
-    shearwater watch 1 && shearwater download 1 -o out
+    shearwater watch 1 --coordinator http://farm:7788
+    shearwater download 1 -o out --coordinator http://farm:7788
 
 {}",
         exit::HELP

@@ -60,3 +60,9 @@ pub const BAD_SAMPLES_LISTED_MAX: usize = 16;
 pub const FEATURE_SAMPLES: u32 = 16;
 /// Share of samples that may be bad before the job fails.
 pub const BAD_SAMPLE_SHARE_MAX: f64 = 1e-6;
+/// Most passes of the bloom's box filter: three are within a few per cent of a
+/// Gaussian.
+pub const BLOOM_PASSES_MAX: u32 = 3;
+/// Largest bloom strength. One already doubles the light above the threshold; the
+/// rest is room for effects, short of overflow.
+pub const BLOOM_STRENGTH_MAX: f32 = 100.0;

@@ -197,6 +197,7 @@ fn help_teaches() {
         "download",
         "cancel",
         "jobs",
+        "water",
         "schema",
     ] {
         assert!(help.contains(command), "{command}");

@@ -6,12 +6,7 @@ use super::error::DevelopError;
 /// the sun's disc and keeps every product far from overflow.
 pub const EXPOSURE_EV_MAX: f32 = 32.0;
 
-/// Largest bloom strength. One already doubles the light above the threshold;
-/// a thousand leaves room for effects and none for typing errors.
-pub const BLOOM_STRENGTH_MAX: f32 = 1000.0;
-
-/// Most passes of the box: three are within a few per cent of a Gaussian.
-pub const BLOOM_PASSES_MAX: u32 = 3;
+pub use shearwater_shared::limits::{BLOOM_PASSES_MAX, BLOOM_STRENGTH_MAX};
 
 /// Everything between linear light and the display.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// The student report's radial formation, corrected: a particle sits at a
-/// uniform direction on the ellipsoid `radii_m` about `centre_m`, pushed by
+/// The student report's radial formation, corrected: particles fill the
+/// ellipsoid `radii_m` about `centre_m` uniformly, and each is pushed by
 /// `length_m * u^0.7` along the formation's direction with its two other
 /// components jittered by +-0.4, so that density falls with distance. Opacity
 /// falls with that distance too, from the larger to the smaller bound.

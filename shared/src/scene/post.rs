@@ -35,7 +35,7 @@ pub struct Bloom {
     pub radius: f32,
     /// How often the box is applied: 1 is the report's box, 3 is nearly a Gaussian.
     #[serde(default = "one_pass")]
-    #[schemars(range(min = 1, max = 16))]
+    #[schemars(range(min = 1, max = 3))]
     pub passes: u32,
 }
 

@@ -338,11 +338,16 @@ fn post(at: &At<'_>, post: &Post) -> Result<(), SceneError> {
     };
     let at = at.field("bloom");
     number(&at.field("threshold"), bloom.threshold, RADIANCE, "")?;
-    let strength = Range::Closed(0.0, 100.0);
+    let strength = Range::Closed(0.0, limits::BLOOM_STRENGTH_MAX.into());
     number(&at.field("strength"), bloom.strength, strength, "")?;
     let radius = "of the picture's height";
     number(&at.field("radius"), bloom.radius, SHARE, radius)?;
-    count(&at.field("passes"), bloom.passes.into(), 1, 16)
+    count(
+        &at.field("passes"),
+        bloom.passes.into(),
+        1,
+        limits::BLOOM_PASSES_MAX.into(),
+    )
 }
 
 #[cfg(test)]
