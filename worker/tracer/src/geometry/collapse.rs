@@ -66,6 +66,7 @@ pub(super) fn collapse(tree: &BinaryTree, block_size: u32, block_cost: f32) -> C
     while let Some((root, wide)) = tasks.pop() {
         let mut children = [0; 8];
         let count = gather(&tree.nodes, &rows, root, &mut children);
+        likely_blockers_first(&mut children[..count], &tree.nodes, &rows);
         for (slot, &child) in children[..count].iter().enumerate() {
             let code = if rows[child as usize].is_leaf {
                 push_block(tree, child, &mut out)
@@ -84,6 +85,16 @@ pub(super) fn collapse(tree: &BinaryTree, block_size: u32, block_cost: f32) -> C
         }
     }
     out
+}
+
+/// A shadow ray goes to the first slot it enters: leaves first, which may end it at
+/// once, then the largest boxes. Closest hits do not care.
+fn likely_blockers_first(children: &mut [u32], nodes: &[Bvh2Node], rows: &[Row]) {
+    let area = |child: u32| nodes[child as usize].aabb().half_area();
+    children.sort_by(|&a, &b| {
+        let leaf = |child: u32| rows[child as usize].is_leaf;
+        leaf(b).cmp(&leaf(a)).then(area(b).total_cmp(&area(a)))
+    });
 }
 
 fn set_slot(node: &mut Node8, slot: usize, source: &Bvh2Node, code: u32) {

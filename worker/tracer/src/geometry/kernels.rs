@@ -12,8 +12,8 @@ use super::mesh::Tri4;
 use super::wide::Node8;
 
 /// Three roundings on either side of the slab interval (Ize 2013, "Robust BVH ray
-/// traversal"), all on the far side.
-pub(super) const FAR_SLACK: f32 = 1.0 + 7.0 * f32::EPSILON;
+/// traversal"), all on the far side, and one for folding it into the reciprocal.
+pub(super) const FAR_SLACK: f32 = 1.0 + 8.0 * f32::EPSILON;
 
 /// A box is entered although it begins this much behind the best hit: the plane
 /// distance of a hit may round to less than the entry of its box, and then the
@@ -25,6 +25,8 @@ pub(super) struct BoxRay<B: Backend> {
     o: [B::F8; 3],
     /// One over the direction; infinite where it is zero.
     inverse: [B::F8; 3],
+    /// The same, larger by `FAR_SLACK`: for the far sides.
+    inverse_far: [B::F8; 3],
     /// Which bound is met first on each axis: 0 lower, 1 upper.
     near: [usize; 3],
 }
@@ -32,13 +34,11 @@ pub(super) struct BoxRay<B: Backend> {
 impl<B: Backend> BoxRay<B> {
     #[inline(always)]
     pub(super) fn new(o: [f32; 3], d: [f32; 3]) -> Self {
+        let inverse = d.map(|d| 1.0 / d);
         Self {
-            o: [B::F8::splat(o[0]), B::F8::splat(o[1]), B::F8::splat(o[2])],
-            inverse: [
-                B::F8::splat(1.0 / d[0]),
-                B::F8::splat(1.0 / d[1]),
-                B::F8::splat(1.0 / d[2]),
-            ],
+            o: o.map(B::F8::splat),
+            inverse: inverse.map(B::F8::splat),
+            inverse_far: inverse.map(|i| B::F8::splat(i * FAR_SLACK)),
             near: [sign(d[0]), sign(d[1]), sign(d[2])],
         }
     }
@@ -56,13 +56,12 @@ pub(super) fn sign(x: f32) -> usize {
 /// operands of min and max drops it, so such a box counts as entered.
 #[inline(always)]
 pub(super) fn hit_boxes<B: Backend>(node: &Node8, ray: &BoxRay<B>, t_far: f32) -> (u32, [f32; 8]) {
-    let slab = |axis: usize, side: usize| {
-        (B::F8::load(&node.planes[axis][side & 1]) - ray.o[axis]) * ray.inverse[axis]
-    };
-    let [x, y, z] = ray.near;
-    let near = slab(0, x).max(slab(1, y).max(slab(2, z).max(B::F8::splat(0.0))));
-    let far = slab(0, x ^ 1).min(slab(1, y ^ 1).min(slab(2, z ^ 1).min(B::F8::splat(t_far))));
-    let entered = near.le(far * B::F8::splat(FAR_SLACK));
+    let from_o = |axis: usize, side: usize| B::F8::load(&node.planes[axis][side & 1]) - ray.o[axis];
+    let near = |axis: usize| from_o(axis, ray.near[axis]) * ray.inverse[axis];
+    let far = |axis: usize| from_o(axis, ray.near[axis] ^ 1) * ray.inverse_far[axis];
+    let near = near(0).max(near(1).max(near(2).max(B::F8::splat(0.0))));
+    let far = far(0).min(far(1).min(far(2).min(B::F8::splat(t_far))));
+    let entered = near.le(far);
     (entered.bits(), near.store())
 }
 
