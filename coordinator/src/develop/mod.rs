@@ -70,7 +70,7 @@ pub fn develop(picture: &Picture, post: &PostSettings) -> Result<DevelopedImage,
     })
 }
 
-/// The PNG file of `picture`: [`develop`], then [`encode_png`].
+/// The PNG file of `picture`: [`develop`], then [`encode_png()`].
 ///
 /// # Errors
 /// Those of the two.

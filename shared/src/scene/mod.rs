@@ -1,6 +1,6 @@
 //! The scene description, version 1: what `scene.json` says.
 //!
-//! These types mirror the file and do nothing; [`parse`] reads and checks one,
+//! These types mirror the file and do nothing; [`parse()`] reads and checks one,
 //! the tracer builds from it. Unknown fields are refused everywhere. Metres,
 //! seconds, degrees; y is up; colours are linear Rec. 709 unless they come from
 //! an 8-bit texture, which is sRGB.

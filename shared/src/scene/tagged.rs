@@ -13,7 +13,7 @@ use std::fmt;
 use std::marker::PhantomData;
 
 /// Between the path inside a tagged object and the message, on the way from
-/// [`variant`] to [`split_error`]: a character that no message contains.
+/// `variant` to [`split_error`]: a character that no message contains.
 const PATH_MARK: char = '\u{1f}';
 
 /// An object with its `type` taken out.
