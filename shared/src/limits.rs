@@ -37,6 +37,8 @@ pub const TEXTURE_DECODE_BYTES_MAX: u64 = 2 << 30;
 /// Longest path in scattering events. A safety net, not a setting: paths end
 /// by Russian roulette long before, and hits of the cap are counted.
 pub const PATH_DEPTH_MAX: u32 = 1000;
+/// Memory of all textures of a scene, in bytes: a worker holds two scenes.
+pub const TEXTURES_BYTES_MAX: u64 = 4 << 30;
 /// Largest JSON body of any request but a job's submission.
 pub const JSON_BODY_BYTES_MAX: usize = 1 << 20;
 /// Largest JSON body of a job's submission (a manifest of [`ASSETS_MAX`]).

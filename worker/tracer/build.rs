@@ -7,7 +7,13 @@ fn main() {
     println!("cargo::rerun-if-changed=src");
     println!("cargo::rerun-if-changed=../../shared/src");
     println!("cargo::rerun-if-changed=../../Cargo.lock");
-    let mut files = vec![PathBuf::from("../../Cargo.lock")];
+    println!("cargo::rerun-if-changed=../../Cargo.toml");
+    // Versions, features and profile; then the sources themselves.
+    let mut files = vec![
+        PathBuf::from("../../Cargo.lock"),
+        PathBuf::from("../../Cargo.toml"),
+        PathBuf::from("Cargo.toml"),
+    ];
     collect(Path::new("src"), &mut files);
     collect(Path::new("../../shared/src"), &mut files);
     files.sort();
@@ -20,6 +26,11 @@ fn main() {
         hasher.update(&(bytes.len() as u64).to_le_bytes());
         hasher.update(&bytes);
     }
+    // The compiler: its library shapes the trees (selection) and its code the bits.
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    if let Ok(version) = std::process::Command::new(rustc).arg("--version").output() {
+        hasher.update(&version.stdout);
+    }
     let name = hasher.finalize().to_hex();
     println!("cargo::rustc-env=SHEARWATER_TRACER_BUILD={}", &name[..16]);
 }
@@ -31,7 +42,7 @@ fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
     for path in entries.flatten().map(|entry| entry.path()) {
         if path.is_dir() {
             collect(&path, files);
-        } else {
+        } else if path.extension().is_some_and(|ending| ending == "rs") {
             files.push(path);
         }
     }

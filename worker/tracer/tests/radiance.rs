@@ -1,9 +1,14 @@
 //! Whole scenes whose radiance is known: the tracer from scene.json to sums.
 
+use glam::Vec3;
 use shearwater_shared::film::{TileFilm, TileSums};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::plan::TileRect;
 use shearwater_shared::scene::parse;
+use shearwater_tracer::bsdf::{Bsdf, GgxModel, GgxParameters, TableNeeds, Tables};
+use shearwater_tracer::light::SunLight;
+use shearwater_tracer::math::hash::u32_to_unit;
+use shearwater_tracer::sampler::sobol4_owen;
 use shearwater_tracer::{Assets, BuildOptions, Scene, render_run};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,6 +21,59 @@ const RECT: TileRect = TileRect {
     height: SIDE,
 };
 const FLOOR: &str = "v -1e4 0 -1e4\nv -1e4 0 1e4\nv 1e4 0 1e4\nv 1e4 0 -1e4\nf 1 2 3 4\n";
+
+/// The lower half of a sphere of radius 1, open to the sky, its faces inwards.
+fn bowl() -> Vec<u8> {
+    let (rings, sectors) = (48, 96);
+    let mut text = String::from("v 0 -1 0\n");
+    for ring in 1..=rings {
+        let polar = std::f64::consts::FRAC_PI_2 * f64::from(ring) / f64::from(rings);
+        for sector in 0..sectors {
+            let around = 2.0 * std::f64::consts::PI * f64::from(sector) / f64::from(sectors);
+            let (x, z) = (
+                libm::sin(polar) * libm::cos(around),
+                libm::sin(polar) * libm::sin(around),
+            );
+            text.push_str(&format!("v {x} {} {z}\n", -libm::cos(polar)));
+        }
+    }
+    let at = |ring: i32, sector: i32| 2 + (ring - 1) * sectors + sector % sectors;
+    for sector in 0..sectors {
+        text.push_str(&format!("f 1 {} {}\n", at(1, sector), at(1, sector + 1)));
+        for ring in 1..rings {
+            let (a, b) = (at(ring, sector), at(ring, sector + 1));
+            let (c, d) = (at(ring + 1, sector + 1), at(ring + 1, sector));
+            text.push_str(&format!("f {a} {d} {c} {b}\n"));
+        }
+    }
+    text.into_bytes()
+}
+
+/// A dim sky with one bright texel 45 degrees above the horizon at -z.
+fn lamp() -> Vec<u8> {
+    use exr::prelude::{SpecificChannels, WritableImage};
+    let (width, height) = (LAMP_SIZE[0], LAMP_SIZE[1]);
+    let pixel = |at: exr::math::Vec2<usize>| {
+        let v = if [at.x(), at.y()] == LAMP_TEXEL {
+            LAMP_RADIANCE
+        } else {
+            0.1
+        };
+        (v, v, v)
+    };
+    let mut bytes = Vec::new();
+    let channels = SpecificChannels::rgb(pixel);
+    let image = exr::image::Image::from_channels((width, height), channels);
+    image
+        .write()
+        .to_buffered(std::io::Cursor::new(&mut bytes))
+        .expect("an EXR");
+    bytes
+}
+
+const LAMP_SIZE: [usize; 2] = [64, 32];
+const LAMP_TEXEL: [usize; 2] = [32, 7];
+const LAMP_RADIANCE: f32 = 2000.0;
 
 /// A scene of `body` (JSON members) seen by a camera of `fov` degrees at `eye`
 /// that looks at `target`; `floor.obj` is a square of 20 km at y = 0.
@@ -35,10 +93,17 @@ fn scene(
     let json = format!(
         r#"{{"version":1,"name":"test","image":{{"width":{SIDE},"height":{SIDE}}},
         "camera":{{"position_m":{eye:?},"target_m":{target:?},"up":{up},"vertical_fov_deg":{fov:?},"shutter_s":0.01}},
-        "meshes":{{"floor":{{"file":"floor.obj"}}}},{body}}}"#
+        "meshes":{{"floor":{{"file":"floor.obj"}},"bowl":{{"file":"bowl.obj","normals":"flat"}}}},{body}}}"#
     );
     let description = parse(json.as_bytes()).expect("a valid scene");
-    let assets: Assets = [("floor.obj".to_owned(), Arc::from(FLOOR.as_bytes()))].into();
+    let files = [
+        ("floor.obj", FLOOR.as_bytes().to_vec()),
+        ("bowl.obj", bowl()),
+        ("lamp.exr", lamp()),
+    ];
+    let assets: Assets = files
+        .map(|(name, bytes)| (name.to_owned(), Arc::from(bytes)))
+        .into();
     let settings = RenderSettings {
         width: SIDE,
         height: SIDE,
@@ -231,6 +296,132 @@ fn a_glossy_floor_reflects_the_sun_once() {
     }
 }
 
+// Inside a sphere every point sees every other alike, so the radiance of the bowl
+// is the same everywhere: half its light comes from the sky, half from itself,
+// L = rho / 2 (1 + L). Paths are long and end by Russian roulette.
+#[test]
+fn a_bowl_under_a_white_sky_has_its_closed_form() {
+    for rho in [0.5, 0.9, 0.99] {
+        let body = format!(
+            r#""materials":{{"m":{{"type":"lambert","albedo":[{rho},{rho},{rho}]}}}},
+            "instances":[{{"mesh":"bowl","material":"m"}}],{WHITE_SKY}"#
+        );
+        let scene = scene(
+            &body,
+            [0.0, 0.5, 0.01],
+            [0.0, -1.0, 0.0],
+            20.0,
+            14,
+            BuildOptions::default(),
+        );
+        let (mean, error) = mean_and_error(&scene, 512);
+        let expected = 0.5 * rho / (1.0 - 0.5 * rho);
+        // The facets leave out 0.1 % of the sphere.
+        assert!(
+            (mean - expected).abs() < 5.0 * error + 2e-3 * expected,
+            "{rho}: {mean} +- {error}, {expected}"
+        );
+        assert!(error < 0.01 * expected, "{rho}: {error}");
+    }
+}
+
+// The bilinear lamp over a Lambert floor: E = sum of L cos over the map, by a fine
+// quadrature here, by sampling the sky and the surface with their weights there.
+#[test]
+fn an_uneven_sky_lights_a_floor_as_its_integral_says() {
+    let sky = r#""sky":{"type":"map","file":"lamp.exr"}"#;
+    let [width, height] = LAMP_SIZE.map(|n| n as f64);
+    let fine = 40;
+    let mut irradiance = 0.0;
+    for j in 0..LAMP_SIZE[1] / 2 * fine {
+        let v = (j as f64 + 0.5) / (height * fine as f64);
+        let theta = std::f64::consts::PI * v;
+        let hat = |x: f64, centre: usize| (1.0 - (x - centre as f64 - 0.5).abs()).max(0.0);
+        let ring = 2.0 * std::f64::consts::PI * std::f64::consts::PI / (height * fine as f64);
+        // The hat in u integrates to one texel of the row.
+        let lamp = (f64::from(LAMP_RADIANCE) - 0.1) * hat(v * height, LAMP_TEXEL[1]) / width;
+        irradiance += (0.1 + lamp) * libm::sin(theta) * libm::cos(theta) * ring;
+    }
+    for (material, reflectance, what) in [
+        (
+            r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#,
+            0.5 / std::f64::consts::PI,
+            "lambert",
+        ),
+        (
+            r#"{"type":"phong","kd":[0.5,0.5,0.5],"ks":[0,0,0],"exponent":10}"#,
+            0.5 / std::f64::consts::PI,
+            "phong",
+        ),
+    ] {
+        let body = format!("{},{sky}", floor(material));
+        let scene = scene(
+            &body,
+            [0.0, 2.0, 0.01],
+            [0.0; 3],
+            20.0,
+            15,
+            BuildOptions::default(),
+        );
+        assert_mean(what, &scene, 512, reflectance * irradiance);
+    }
+}
+
+// A rough metal under a wide sun and nothing else: light sampling and the surface's
+// own directions share the work, and must give what light sampling gives alone.
+#[test]
+fn a_rough_metal_reflects_the_sun_as_its_integral_says() {
+    let json = r#"{"azimuth_deg":0,"elevation_deg":45,"angular_radius_deg":40,"radiance":[1,1,1]}"#;
+    let sun: shearwater_shared::scene::Sun = serde_json::from_str(json).expect("a sun");
+    let light = SunLight::new(&sun).expect("light");
+    let tables = Tables::build(&TableNeeds {
+        schlick: true,
+        etas: Vec::new(),
+    })
+    .expect("tables");
+    for roughness in [0.2, 0.4, 0.6, 0.9f32] {
+        let material = format!(
+            r#"{{"type":"ggx","base_color":[1,1,1],"metalness":1,"roughness":{roughness}}}"#
+        );
+        let body = format!(r#"{},"sun":{json}"#, floor(&material));
+        let scene = scene(
+            &body,
+            [0.0, 5.0, 5.0],
+            [0.0; 3],
+            0.2,
+            16,
+            BuildOptions::default(),
+        );
+        let (mean, error) = mean_and_error(&scene, 2048);
+        let parameters = GgxParameters {
+            base_color: Vec3::ONE,
+            metalness: 1.0,
+            alpha: roughness * roughness,
+            ..GgxParameters::default()
+        };
+        let ggx = Bsdf::ggx(&tables, GgxModel::Corrected, &parameters).expect("in range");
+        // The local z is the world's y; any turn about it will do.
+        let local = |w: Vec3| Vec3::new(w.x, w.z, w.y);
+        let wo = local(Vec3::new(0.0, 1.0, 1.0).normalize());
+        let n = 1 << 18;
+        let sum: f64 = (0..n)
+            .map(|i| {
+                let u = sobol4_owen(i, 5, 6).map(u32_to_unit);
+                f64::from(
+                    ggx.eval_pdf(&tables, wo, local(light.sample([u[0], u[1]])))
+                        .0
+                        .x,
+                )
+            })
+            .sum();
+        let expected = sum / f64::from(n) / f64::from(light.pdf());
+        assert!(
+            (mean - expected).abs() < 5.0 * error + 2e-3 * expected,
+            "{roughness}: {mean} +- {error}, expected {expected}"
+        );
+    }
+}
+
 const CLOUD: &str = r#""centre_m":[0,0,0],"radii_m":[2,2,2],"direction":[1,0,0],"length_m":1,"particle_radius_m":[0.5,1.5]"#;
 
 // Nothing is absorbed and light comes from everywhere: the cloud is invisible.
@@ -337,6 +528,43 @@ fn water_in_a_white_furnace_loses_little_and_gains_nothing() {
         assert!(mean > 0.9, "{angle} degrees: {mean}");
         println!("water at {angle} degrees: {mean:.5} +- {error:.5}");
     }
+}
+
+// During the shutter the water drifts and nothing else: without water the
+// picture is that of a closed shutter, bit for bit; with it, it is not.
+#[test]
+fn the_shutter_blurs_the_water_only() {
+    let sums_of = |body: &str, shutter: f64| {
+        let json = format!(
+            r#"{{"version":1,"name":"t","image":{{"width":{SIDE},"height":{SIDE}}},"camera":{{"position_m":[0,3,12],
+            "target_m":[0,0,0],"vertical_fov_deg":50,"shutter_s":{shutter:?}}},{body},{WHITE_SKY}}}"#
+        );
+        let description = parse(json.as_bytes()).expect("a valid scene");
+        let settings = RenderSettings {
+            width: SIDE,
+            height: SIDE,
+            samples: 2,
+            seed: 1,
+            frames: 1,
+        };
+        let options = BuildOptions::default();
+        let scene = Scene::build(&description, &Assets::new(), &settings, 0, options)
+            .expect("a scene")
+            .0;
+        sums(&scene, 0..4).radiance
+    };
+    let sun =
+        r#""sun":{"azimuth_deg":0,"elevation_deg":15,"angular_radius_deg":5,"radiance":[9,9,9]}"#;
+    let water = |v: f64| {
+        format!(
+            r#"{sun},"water":{{"type":"tessendorf","tile_m":20,"wind_speed_mps":6,"velocity_mps":[0,{v:?}]}}"#
+        )
+    };
+    let cloud = format!(r#""clouds":[{{{CLOUD},"count":9,"opacity":[0.5,0.5]}}]"#);
+    assert_eq!(sums_of(&cloud, 0.5), sums_of(&cloud, 0.0));
+    assert_eq!(sums_of(&water(0.0), 0.5), sums_of(&water(0.0), 0.0));
+    assert_eq!(sums_of(&water(3.0), 0.0), sums_of(&water(0.0), 0.0));
+    assert_ne!(sums_of(&water(3.0), 0.5), sums_of(&water(0.0), 0.5));
 }
 
 fn everything() -> String {

@@ -85,7 +85,8 @@ fn view<I: Interface>(interface: &I, body: &Body, tables: &Tables, cos_o: f32) -
         };
     }
     let reflected = interface.directional_albedo(tables, cos_o);
-    let passed = Vec3::ONE - reflected;
+    // Clamped: a reflectance of 1 may round to a little more.
+    let passed = (Vec3::ONE - reflected).max(Vec3::ZERO);
     View {
         passed,
         specular: specular_probability(luminance(reflected), luminance(body.color * passed)),
@@ -110,7 +111,7 @@ fn mixture<I: Interface>(
         pdf = view.specular * lobe.pdf;
     }
     if body.exists() {
-        let passed = Vec3::ONE - interface.directional_albedo(tables, wi.z);
+        let passed = (Vec3::ONE - interface.directional_albedo(tables, wi.z)).max(Vec3::ZERO);
         value += body.scale * view.passed * passed * wi.z;
         pdf += (1.0 - view.specular) * FRAC_1_PI * wi.z;
     }

@@ -17,6 +17,9 @@ use super::microfacet::{ggx_d, reflect};
 use super::{BsdfError, BsdfSample, GgxParameters};
 use crate::math::warp::{azimuth, cosine_hemisphere};
 
+/// Least weight of the shiny lobe when a lobe is chosen.
+const SHINE_MIN: f32 = 1e-3;
+
 /// f = (1 - F(h)) kd/pi + D F G / (4 cos_o cos_i), sampled by D cos_h.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GgxReport {
@@ -54,7 +57,9 @@ impl GgxReport {
         let dielectric = Vec3::splat(dielectric_f0);
         self.kd = base_color * (1.0 - metalness);
         self.f0 = dielectric + (base_color - dielectric) * metalness;
-        self.specular_probability = specular_probability(luminance(self.f0), luminance(self.kd));
+        // Schlick reflects at grazing angles even where F0 is 0.
+        let shine = luminance(self.f0).max(SHINE_MIN);
+        self.specular_probability = specular_probability(shine, luminance(self.kd));
         self
     }
 

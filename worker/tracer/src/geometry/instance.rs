@@ -58,14 +58,23 @@ impl Instance {
 
     /// World bounds of the mesh's finite vertices, a little wide; `None` if there
     /// are none.
-    pub(super) fn world_bounds(&self, mesh: &TriMesh) -> Option<(Vec3, Vec3)> {
+    ///
+    /// `exact` looks at every vertex; otherwise the boxes below the root of the
+    /// mesh's tree stand for them, which is looser but takes no time.
+    pub(super) fn world_bounds(&self, mesh: &TriMesh, exact: bool) -> Option<(Vec3, Vec3)> {
         let transform = widen(&self.world_from_local);
         let mut lo = DVec3::INFINITY;
         let mut hi = DVec3::NEG_INFINITY;
-        for p in mesh.positions().iter().filter(|p| p.is_finite()) {
-            let p = transform.transform_point3(p.as_dvec3());
+        let mut extend = |p: DVec3| {
+            let p = transform.transform_point3(p);
             lo = lo.min(p);
             hi = hi.max(p);
+        };
+        if exact {
+            let finite = mesh.positions().iter().filter(|p| p.is_finite());
+            finite.for_each(|p| extend(p.as_dvec3()));
+        } else {
+            mesh.root_corners().for_each(extend);
         }
         if !lo.cmple(hi).all() {
             return None;

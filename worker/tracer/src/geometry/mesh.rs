@@ -1,6 +1,6 @@
 //! One mesh: its triangles in a tree, in mesh space.
 
-use glam::{Vec3, Vec3A};
+use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::splits::split_aabbs_preset;
 use obvhs::triangle::Triangle;
@@ -86,6 +86,20 @@ impl TriMesh {
     /// The vertices, mesh space.
     pub fn positions(&self) -> &[Vec3] {
         &self.positions
+    }
+
+    /// Corners of the boxes below the root: their hull holds the mesh.
+    pub(super) fn root_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let root = &self.tree.nodes()[0];
+        let used = (0..8).filter(|&slot| root.planes[0][0][slot] <= root.planes[0][1][slot]);
+        used.flat_map(move |slot| {
+            // Bit `axis` of the corner picks the lower or the upper bound.
+            let bound = move |corner: usize, axis: usize| {
+                f64::from(root.planes[axis][corner >> axis & 1][slot])
+            };
+            (0..8)
+                .map(move |corner| DVec3::new(bound(corner, 0), bound(corner, 1), bound(corner, 2)))
+        })
     }
 
     /// The corners of a triangle by its original number, mesh space; zeros for

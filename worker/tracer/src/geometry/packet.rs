@@ -18,6 +18,9 @@ use super::simd::Stack;
 use super::single::{self, finish};
 use super::wide::{LEAF, Node8};
 
+/// `FAR_SLACK` and two roundings more, since a lane folds it into its inverse.
+const ANY_SLACK: f32 = FAR_SLACK + 3.0 * f32::EPSILON;
+
 /// Eight vectors, `[axis][lane]`.
 pub(super) type Axes = [[f32; 8]; 3];
 
@@ -27,6 +30,8 @@ pub(super) struct PacketRay<B: Backend> {
     inverse: [B::F8; 3],
     near: [usize; 3],
     /// Per axis: the origin that enters first and the one that leaves last.
+    /// The inverse, larger by `FAR_SLACK`.
+    inverse_far: [B::F8; 3],
     o_first: [B::F8; 3],
     o_last: [B::F8; 3],
     inverse_least: [B::F8; 3],
@@ -43,6 +48,7 @@ impl<B: Backend> PacketRay<B> {
             o: [B::F8::load(&o[0]), B::F8::load(&o[1]), B::F8::load(&o[2])],
             inverse: [splat(0.0); 3],
             near: [0; 3],
+            inverse_far: [splat(0.0); 3],
             o_first: [splat(0.0); 3],
             o_last: [splat(0.0); 3],
             inverse_least: [splat(0.0); 3],
@@ -51,6 +57,7 @@ impl<B: Backend> PacketRay<B> {
         for axis in 0..3 {
             let inverse = splat(1.0) / B::F8::load(&d[axis]);
             ray.inverse[axis] = inverse;
+            ray.inverse_far[axis] = inverse * splat(FAR_SLACK);
             let (i_least, i_most) = least_and_most(&inverse.store());
             let (o_least, o_most) = least_and_most(&o[axis]);
             let agree = sign(i_least) == sign(i_most);
@@ -83,19 +90,21 @@ impl<B: Backend> PacketRay<B> {
         };
         let near = first(0).max(first(1).max(first(2).max(B::F8::splat(0.0))));
         let far = last(0).min(last(1).min(last(2).min(B::F8::splat(t_far))));
-        (near.le(far * B::F8::splat(FAR_SLACK)).bits(), near.store())
+        (near.le(far * B::F8::splat(ANY_SLACK)).bits(), near.store())
     }
 
     /// The rays that enter child `slot` before their `t_far`.
     #[inline(always)]
     fn hit_child(&self, node: &Node8, slot: usize, t_far: B::F8) -> u32 {
         let slab = |axis: usize, side: usize| {
-            (B::F8::splat(node.planes[axis][side & 1][slot]) - self.o[axis]) * self.inverse[axis]
+            B::F8::splat(node.planes[axis][side & 1][slot]) - self.o[axis]
         };
-        let [x, y, z] = self.near;
-        let near = slab(0, x).max(slab(1, y).max(slab(2, z).max(B::F8::splat(0.0))));
-        let far = slab(0, x ^ 1).min(slab(1, y ^ 1).min(slab(2, z ^ 1).min(t_far)));
-        near.le(far * B::F8::splat(FAR_SLACK)).bits()
+        // The operations of `hit_boxes`, to the last bit.
+        let near = |axis: usize| slab(axis, self.near[axis]) * self.inverse[axis];
+        let far = |axis: usize| slab(axis, self.near[axis] ^ 1) * self.inverse_far[axis];
+        let near = near(0).max(near(1).max(near(2).max(B::F8::splat(0.0))));
+        let far = far(0).min(far(1).min(far(2).min(t_far)));
+        near.le(far).bits()
     }
 }
 

@@ -176,7 +176,8 @@ impl<B: Backend> Leaf8<B> for Triangles8<'_, B> {
                 hits.det.store(),
             );
             let rank = rank::triangle(self.instance, block.prim[lane]);
-            let mut mask = hits.mask;
+            // A single ray would not have come here either.
+            let mut mask = hits.mask & lanes;
             while mask != 0 {
                 let ray = (mask.trailing_zeros() & 7) as usize;
                 mask &= mask - 1;
@@ -213,7 +214,7 @@ impl<B: Backend> Leaf8<B> for Triangles8<'_, B> {
             let Some(hits) = self.hit(block, lane, &best.t) else {
                 continue;
             };
-            each_lane(hits.mask, |ray| {
+            each_lane(hits.mask & lanes, |ray| {
                 (best.t[ray], depth[ray]) = (-1.0, u32::MAX);
             });
         }
@@ -260,12 +261,12 @@ impl<'a, B: Backend> Clouds8<'a, B> {
 
 impl<B: Backend> Leaf8<B> for Clouds8<'_, B> {
     #[inline(always)]
-    fn closest(&self, block: u32, _lanes: u32, best: &mut Best8) -> bool {
+    fn closest(&self, block: u32, lanes: u32, best: &mut Best8) -> bool {
         let block = &self.particles.blocks[block as usize];
         let mut changed = false;
         for lane in 0..block.count() {
             let c = self.cross(block, lane, &best.t);
-            let mut mask = c.near_mask | c.far_mask << 8;
+            let mut mask = (c.near_mask & lanes) | (c.far_mask & lanes) << 8;
             if mask == 0 {
                 continue;
             }
@@ -296,11 +297,11 @@ impl<B: Backend> Leaf8<B> for Clouds8<'_, B> {
         best.set_lane(lane, &one);
     }
     #[inline(always)]
-    fn dim(&self, block: u32, _lanes: u32, best: &mut Best8, depth: &mut [u32; 8]) {
+    fn dim(&self, block: u32, lanes: u32, best: &mut Best8, depth: &mut [u32; 8]) {
         let block = &self.particles.blocks[block as usize];
         for lane in 0..block.count() {
             let c = self.cross(block, lane, &best.t);
-            let mut mask = c.near_mask | c.far_mask << 8;
+            let mut mask = (c.near_mask & lanes) | (c.far_mask & lanes) << 8;
             while mask != 0 {
                 let ray = (mask.trailing_zeros() & 7) as usize;
                 mask &= mask - 1;

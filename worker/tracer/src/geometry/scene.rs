@@ -143,6 +143,10 @@ impl Geometry {
     }
 }
 
+/// Vertices of all instances, each instance counted by itself, up to which their
+/// world boxes are exact: about a second of work.
+const EXACT_VERTICES_MAX: usize = 50_000_000;
+
 /// World boxes of the instances that have any, and their numbers.
 fn instance_boxes(
     meshes: &[TriMesh],
@@ -150,6 +154,16 @@ fn instance_boxes(
 ) -> Result<(Vec<Aabb>, Vec<u32>), BuildError> {
     let mut boxes = Vec::with_capacity(instances.len());
     let mut owners = Vec::with_capacity(instances.len());
+    let vertices = |i: &Instance| {
+        meshes
+            .get(i.mesh as usize)
+            .map_or(0, |m| m.positions().len())
+    };
+    let exact = instances
+        .iter()
+        .map(vertices)
+        .fold(0, usize::saturating_add)
+        <= EXACT_VERTICES_MAX;
     for (index, instance) in instances.iter().enumerate() {
         let Some(mesh) = meshes.get(instance.mesh as usize) else {
             return Err(BuildError::MeshIndex {
@@ -158,7 +172,7 @@ fn instance_boxes(
                 meshes: meshes.len(),
             });
         };
-        if let Some((lo, hi)) = instance.world_bounds(mesh) {
+        if let Some((lo, hi)) = instance.world_bounds(mesh, exact) {
             boxes.push(Aabb::new(Vec3A::from(lo), Vec3A::from(hi)));
             owners.push(index as u32);
         }

@@ -65,7 +65,7 @@ impl AliasTable {
         // rounded, not cut. f64, since f32 has no bits left below the slot.
         let scaled = (f64::from(u) + 0.5 / 16_777_216.0) * n as f64;
         let slot = (scaled as usize).min(n - 1);
-        let rest = (scaled - slot as f64) as f32;
+        let rest = ((scaled - slot as f64) as f32).min(1.0 - f32::EPSILON / 2.0);
         let (stay, other) = self.slots[slot];
         if rest < stay {
             (slot as u32, (rest / stay).min(1.0 - f32::EPSILON / 2.0))

@@ -9,6 +9,9 @@ use std::f32::consts::PI;
 /// the table then stays in cache, and a block's texels still all can be drawn.
 const CELLS_MAX: usize = 1 << 19;
 
+/// Largest block of texels along each side.
+const BLOCK_MAX: usize = 64;
+
 /// Light from infinitely far away.
 #[derive(Clone, Debug)]
 pub enum SkyLight {
@@ -296,13 +299,13 @@ fn mean_and_contrast(width: usize, height: usize, rgb: &[[f32; 3]]) -> (f64, f64
 // each axis (the integral of the bilinear hat), so a cell has weight 0 only if the
 // interpolated map is black all over it: no light is ever missed.
 fn cell_weights(width: usize, height: usize, rgb: &[[f32; 3]]) -> (usize, usize, Vec<f32>) {
-    let block = (1..).find(|b| {
+    // Larger blocks are not worth it, and some sizes have no common divisor.
+    let fits = |b: &usize| {
         width.div_ceil(*b) * height.div_ceil(*b) <= CELLS_MAX
             && width.is_multiple_of(*b)
             && height.is_multiple_of(*b)
-    });
-    // A block that does not divide the map is not worth the trouble: use texels.
-    let block = block.filter(|&b| b <= 64).unwrap_or(1);
+    };
+    let block = (1..=BLOCK_MAX).find(fits).unwrap_or(1);
     let (cells_x, cells_y) = (width / block, height / block);
     // The brightest channel: no colour may go unseen.
     let light: Vec<f32> = rgb.iter().map(|c| c[0].max(c[1]).max(c[2])).collect();
@@ -379,6 +382,20 @@ mod tests {
             (measured / expected - 1.0).abs() < 0.01,
             "{measured} against {expected}"
         );
+    }
+
+    // Sizes without a common divisor: one cell for each texel.
+    #[test]
+    fn any_size_of_map_can_be_sampled() {
+        for (width, height) in [(1025, 513), (1, 1), (3, 1), (4000, 2001)] {
+            let mut rgb = vec![[0.0; 3]; width * height];
+            rgb[width * (height / 2)] = [1e6; 3];
+            let sky = SkyLight::map(width, height, rgb, 0.0, SkySampling::Always);
+            assert!(
+                draws(64).all(|u| sky.sample(u).is_some_and(|s| s.pdf > 0.0)),
+                "{width} x {height}"
+            );
+        }
     }
 
     #[test]

@@ -288,11 +288,11 @@ fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
         return;
     }
     path.throughput *= sample.weight;
-    let strongest = path.throughput.max_element();
-    // Zero or, from an overflow, NaN: the latter is left to be counted as bad.
-    if strongest == 0.0 {
+    // Black; NaN goes on, to be counted as a bad sample.
+    if path.throughput == Vec3::ZERO {
         return;
     }
+    let strongest = path.throughput.max_element();
     if depth >= ROULETTE_FROM {
         let survival = strongest.clamp(SURVIVAL_MIN, 1.0);
         if u[3] >= survival {

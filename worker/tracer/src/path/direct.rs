@@ -71,7 +71,8 @@ fn shadow_ray(
         .bsdf
         .eval_pdf(&scene.tables, at.wo_local, at.frame.to_local(wi));
     let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_bsdf) / pdf);
-    if contribution.max_element() > 0.0 {
+    // NaN passes, to be counted as a bad sample.
+    if contribution != Vec3::ZERO {
         Some(ShadowRay {
             ray: Ray::new(at.point.origin_towards(wi), wi),
             contribution,

@@ -12,6 +12,7 @@ use crate::load::{load_mesh, load_sky, resolve_materials};
 use crate::water::Sea;
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
+use shearwater_shared::film::SAMPLE_MAX;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::limits::PARTICLES_MAX;
 use shearwater_shared::scene::{self, Material, SceneDescription, SceneError, Sky};
@@ -81,7 +82,8 @@ impl Scene {
         } else {
             geometry
         };
-        let sky = build_sky(description, assets)?;
+        let sky = build_sky(description, assets, &mut report)?;
+        report.notes.append(&mut textures.notes);
         let scene = Self {
             geometry,
             camera: Camera::new(&description.camera, settings.width, settings.height),
@@ -179,22 +181,12 @@ fn place(
     let (mut placed, mut shading) = (Vec::new(), Vec::new());
     for (number, instance) in description.instances.iter().enumerate() {
         let path = format!("instances[{number}]");
-        let numbers = materials
-            .of_instance(instance)
-            .map_err(|e| SceneError::new("scene.json", &*path, e))?;
-        // `of_instance` has found the mesh; its number is its place among the names.
-        let mesh = description
-            .meshes
-            .keys()
-            .position(|name| *name == instance.mesh)
-            .unwrap_or(0) as u32;
         let affine = world_from_local(instance, origin);
-        placed.push(Instance::new(mesh, affine).map_err(|e| geometry_error(&path, &e))?);
-        shading.push(InstanceShading {
-            mesh,
-            materials: numbers,
-            normal_from_local: normal_from_local(&affine),
-        });
+        let shaded = materials
+            .of_instance(instance, normal_from_local(&affine))
+            .map_err(|e| SceneError::new("scene.json", &*path, e))?;
+        placed.push(Instance::new(shaded.mesh, affine).map_err(|e| geometry_error(&path, &e))?);
+        shading.push(shaded);
     }
     Ok((placed, shading))
 }
@@ -226,6 +218,7 @@ fn build_water(sea: Option<&Sea>, tables: &Tables) -> Result<Option<Water>, Scen
 fn build_sky(
     description: &SceneDescription,
     assets: &Assets,
+    report: &mut BuildReport,
 ) -> Result<Option<SkyLight>, SceneError> {
     Ok(match &description.sky {
         None => None,
@@ -239,8 +232,20 @@ fn build_sky(
                 )
             })?;
             let mut image = load_sky(&map.file, bytes)?;
+            if image.bad_texels > 0 {
+                let bad = image.bad_texels;
+                report.notes.push(format!(
+                    "sky {}: {bad} texels that are no radiance are black",
+                    map.file
+                ));
+            }
             for value in image.rgb.iter_mut().flatten() {
                 *value *= map.intensity;
+                if !(0.0..=SAMPLE_MAX).contains(value) {
+                    let message =
+                        format!("{value:e} times the sky's texel: at most {SAMPLE_MAX:e} in all");
+                    return Err(SceneError::new("scene.json", "sky.intensity", message));
+                }
             }
             Some(SkyLight::map(
                 image.width as usize,
@@ -293,7 +298,8 @@ fn build_clouds(
 struct Materials {
     list: Vec<SurfaceMaterial>,
     of_scene: BTreeMap<String, u32>,
-    of_mesh: BTreeMap<String, Vec<u32>>,
+    /// Number of the mesh and its materials.
+    of_mesh: BTreeMap<String, (u32, Arc<[u32]>)>,
 }
 
 impl Materials {
@@ -313,12 +319,13 @@ impl Materials {
             of_scene.insert(name.clone(), add(name, material, textures)?);
         }
         let mut of_mesh = BTreeMap::new();
-        for (name, mesh) in description.meshes.keys().zip(meshes) {
+        for (number, (name, mesh)) in description.meshes.keys().zip(meshes).enumerate() {
             let numbers = mesh
                 .materials
                 .iter()
                 .map(|material| add(name, material, textures));
-            of_mesh.insert(name.clone(), numbers.collect::<Result<Vec<_>, _>>()?);
+            let numbers: Arc<[u32]> = numbers.collect::<Result<Vec<_>, _>>()?.into();
+            of_mesh.insert(name.clone(), (number as u32, numbers));
         }
         Ok(Self {
             list,
@@ -327,17 +334,26 @@ impl Materials {
         })
     }
 
-    fn of_instance(&self, instance: &scene::Instance) -> Result<Vec<u32>, String> {
-        let of_mesh = self
+    fn of_instance(
+        &self,
+        instance: &scene::Instance,
+        normal_from_local: glam::Mat3,
+    ) -> Result<InstanceShading, String> {
+        let (mesh, materials) = self
             .of_mesh
             .get(&instance.mesh)
             .ok_or_else(|| format!("no mesh is named `{}`", instance.mesh))?;
-        match &instance.material {
-            None => Ok(of_mesh.clone()),
-            Some(name) => match self.of_scene.get(name) {
-                Some(&number) => Ok(vec![number; of_mesh.len()]),
-                None => Err(format!("no material is named `{name}`")),
-            },
-        }
+        let replacement = |name: &String| {
+            self.of_scene
+                .get(name)
+                .copied()
+                .ok_or_else(|| format!("no material is named `{name}`"))
+        };
+        Ok(InstanceShading {
+            mesh: *mesh,
+            materials: Arc::clone(materials),
+            replaced_by: instance.material.as_ref().map(replacement).transpose()?,
+            normal_from_local,
+        })
     }
 }

@@ -4,6 +4,7 @@ use super::Assets;
 use crate::bsdf::{Bsdf, Ggx, GgxParameters, GgxReport, Phong, Tables};
 use crate::load::{Texture, load_texture};
 use glam::Vec3;
+use shearwater_shared::limits::TEXTURES_BYTES_MAX;
 use shearwater_shared::scene::{GgxModel, Material, SceneError};
 use std::collections::BTreeMap;
 
@@ -41,6 +42,9 @@ pub(super) struct Textures<'a> {
     numbers: BTreeMap<String, u32>,
     /// In order of number.
     pub list: Vec<Texture>,
+    /// Texts for people.
+    pub notes: Vec<String>,
+    bytes: u64,
 }
 
 impl<'a> Textures<'a> {
@@ -49,6 +53,8 @@ impl<'a> Textures<'a> {
             assets,
             numbers: BTreeMap::new(),
             list: Vec::new(),
+            notes: Vec::new(),
+            bytes: 0,
         }
     }
 
@@ -58,6 +64,20 @@ impl<'a> Textures<'a> {
         }
         let missing = || SceneError::new(file, ".", "the texture was not supplied with the scene");
         let texture = load_texture(file, self.assets.get(file).ok_or_else(missing)?)?;
+        self.bytes += texture.bytes() as u64;
+        if self.bytes > TEXTURES_BYTES_MAX {
+            let message = format!(
+                "with this texture the scene's textures take {} bytes: at most {TEXTURES_BYTES_MAX}",
+                self.bytes
+            );
+            return Err(SceneError::new(file, ".", message));
+        }
+        if texture.bad_texels > 0 {
+            let bad = texture.bad_texels;
+            self.notes.push(format!(
+                "texture {file}: {bad} texels outside 0 to 1 are clamped"
+            ));
+        }
         let number = self.list.len() as u32;
         self.list.push(texture);
         self.numbers.insert(file.to_owned(), number);

@@ -14,6 +14,7 @@ use crate::load::Texture;
 use crate::water::Sea;
 use glam::{Vec2, Vec3};
 use material::SurfaceMaterial;
+use std::sync::Arc;
 
 /// A scene, built and ready to render. Render space has the camera at its origin
 /// (so that 32-bit floats are finest where the picture is) and the axes of the
@@ -55,8 +56,10 @@ struct MeshShading {
 
 struct InstanceShading {
     mesh: u32,
-    /// Material of the scene for each material of the mesh.
-    materials: Vec<u32>,
+    /// Number of the material for each material of the mesh.
+    materials: Arc<[u32]>,
+    /// One material instead of all of these.
+    replaced_by: Option<u32>,
     /// Takes normals from mesh to render space; not normalised.
     normal_from_local: glam::Mat3,
 }
@@ -92,7 +95,10 @@ impl Scene {
                 .try_normalize()
                 .unwrap_or(n_geometric)
         };
-        let number = placed.materials[mesh.material_of[prim as usize] as usize];
+        let number = match placed.replaced_by {
+            Some(number) => number,
+            None => placed.materials[mesh.material_of[prim as usize] as usize],
+        };
         let material = &self.materials[number as usize];
         let tint = match material.texture {
             Some(texture) if !mesh.uvs.is_empty() => {

@@ -81,3 +81,27 @@ impl Sea {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Drifting by v for t seconds is looking v t metres upstream.
+    #[test]
+    fn the_surface_drifts_with_its_velocity() {
+        let sea = shearwater_shared::scene::TessendorfWater {
+            velocity_mps: [3.0, -7.0],
+            ..spectrum::tests::sea()
+        };
+        let sea = Sea::build(&Water::Tessendorf(sea), [10.0, 5.0, -20.0]);
+        for (x, z, t) in [(1.0, 2.0, 0.5), (-40.0, 13.0, 2.0)] {
+            let (moved, there) = (
+                sea.at(x, z, t, 0.0),
+                sea.at(x - 3.0 * t, z + 7.0 * t, 0.0, 0.0),
+            );
+            assert!((moved.slope - there.slope).length() < 1e-3, "{x} {z} {t}");
+        }
+        let (now, later) = (sea.at(1.0, 2.0, 0.0, 0.0), sea.at(1.0, 2.0, 0.5, 0.0));
+        assert!((now.slope - later.slope).length() > 1e-2);
+    }
+}

@@ -2,11 +2,9 @@
 //! Phillips spectrum, summed by an inverse FFT. Heights and slopes, in metres.
 
 use crate::math::hash::mix64;
-use rustfft::num_complex::Complex;
-use rustfft::{Fft, FftDirection};
+use num_complex::Complex;
 use shearwater_shared::scene::TessendorfWater;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
 const GRAVITY_MPS2: f64 = 9.81;
 /// Energy of waves that run against the wind, as a share of their mirror image.
@@ -92,7 +90,8 @@ pub fn height_field(sea: &TessendorfWater) -> HeightField {
     }
 }
 
-// h(k, t) = h0(k) e^{iwt} + conj(h0(-k)) e^{-iwt}, with w^2 = g k. Each h0 carries
+// h(k, t) = h0(k) e^{-iwt} + conj(h0(-k)) e^{iwt}, with w^2 = g k: under e^{ikx}
+// the first term travels along k, with the wind where the spectrum has its energy. Each h0 carries
 // half of P dk^2, since both terms add theirs: the expected variance is sum P dk^2.
 fn amplitude(
     sea: &TessendorfWater,
@@ -110,7 +109,7 @@ fn amplitude(
     };
     let omega = libm::sqrt(GRAVITY_MPS2 * libm::sqrt(kx * kx + kz * kz));
     let phase = omega * sea.time_s;
-    let turn = Complex::new(libm::cos(phase), libm::sin(phase));
+    let turn = Complex::new(libm::cos(phase), -libm::sin(phase));
     let forth = h0(row, column, kx, kz) * turn;
     let back = h0((n - row) % n, (n - column) % n, -kx, -kz) * turn;
     forth + back.conj()
@@ -124,15 +123,44 @@ fn gaussian_pair(key: u64) -> (f64, f64) {
     (radius * libm::cos(angle), radius * libm::sin(angle))
 }
 
-// Inverse transform without a factor, rows then columns. rustfft's scalar planner:
-// its automatic one gives other bits on other CPUs.
+// Inverse transform without a factor, rows then columns. Our own few lines: the
+// library takes its twiddles from the platform's cos, whose last bits follow CPU
+// and libc, and picks other algorithms on other CPUs. It is the oracle of the test.
 fn inverse_2d(values: &mut [Complex<f64>], n: usize) {
-    let fft: Arc<dyn Fft<f64>> =
-        rustfft::FftPlannerScalar::new().plan_fft(n, FftDirection::Inverse);
-    fft.process(values);
-    transpose(values, n);
-    fft.process(values);
-    transpose(values, n);
+    let angle = 2.0 * PI / n as f64;
+    let turns: Vec<Complex<f64>> = (0..n / 2)
+        .map(|k| Complex::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64)))
+        .collect();
+    for _ in 0..2 {
+        for row in values.chunks_exact_mut(n) {
+            inverse_1d(row, &turns);
+        }
+        transpose(values, n);
+    }
+}
+
+// Radix 2 (Cooley and Tukey 1965); the length is a power of two of at least 2.
+fn inverse_1d(row: &mut [Complex<f64>], turns: &[Complex<f64>]) {
+    let n = row.len();
+    let shift = usize::BITS - n.trailing_zeros();
+    for i in 0..n {
+        let j = i.reverse_bits() >> shift;
+        if i < j {
+            row.swap(i, j);
+        }
+    }
+    let mut half = 1;
+    while half < n {
+        let step = n / (2 * half);
+        for block in row.chunks_exact_mut(2 * half) {
+            let (low, high) = block.split_at_mut(half);
+            for k in 0..half {
+                let turned = high[k] * turns[k * step];
+                (low[k], high[k]) = (low[k] + turned, low[k] - turned);
+            }
+        }
+        half *= 2;
+    }
 }
 
 fn transpose(values: &mut [Complex<f64>], n: usize) {
@@ -257,6 +285,55 @@ pub(super) mod tests {
         let (start, later, half) = (now(0.0), now(2.0 * PI / omega), now(PI / omega));
         assert!((start - later).norm() < 1e-9 * start.norm());
         assert!((start + half).norm() < 1e-9 * start.norm());
+    }
+
+    #[test]
+    fn the_transform_is_the_library_s() {
+        for n in [2usize, 16, 64] {
+            let mut ours: Vec<Complex<f64>> = (0..n * n)
+                .map(|i| {
+                    let (re, im) = gaussian_pair(mix64(i as u64));
+                    Complex::new(re, im)
+                })
+                .collect();
+            let mut theirs = ours.clone();
+            inverse_2d(&mut ours, n);
+            let fft = rustfft::FftPlanner::new().plan_fft_inverse(n);
+            for _ in 0..2 {
+                fft.process(&mut theirs);
+                transpose(&mut theirs, n);
+            }
+            let worst = ours
+                .iter()
+                .zip(&theirs)
+                .map(|(a, b)| (a - b).norm())
+                .fold(0.0, f64::max);
+            assert!(worst < 1e-12 * (n * n) as f64, "{n}: {worst}");
+        }
+    }
+
+    // Of the two waves of a pair the wind drives the one that runs with it: after
+    // a time dt its crest has moved by +c dt downwind.
+    #[test]
+    fn waves_run_with_the_wind() {
+        let at = |time_s| {
+            let sea = TessendorfWater {
+                wind_direction_deg: 90.0,
+                amplitude: 0.01,
+                cutoff_m: 3.0,
+                time_s,
+                ..sea()
+            };
+            height_field(&sea)
+        };
+        let (now, later) = (at(10.0), at(10.2));
+        // Where the surface rises, the wave that brings the crest comes from upwind:
+        // dh/dt = -c dh/dx on average, so the sum of dh/dt * dh/dx is negative.
+        let rising = now.height.iter().zip(&later.height).map(|(a, b)| b - a);
+        let sum: f64 = rising.zip(&now.slope_x).map(|(dh, slope)| dh * slope).sum();
+        let size =
+            libm::sqrt(variance(&now.height) * variance(&now.slope_x)) * now.height.len() as f64;
+        assert!(sum < -0.02 * size, "{sum} of {size}");
     }
 
     #[test]
