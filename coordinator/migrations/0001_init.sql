@@ -55,7 +55,9 @@ CREATE TABLE unit (
   lease BIGINT NOT NULL DEFAULT 0,
   PRIMARY KEY (job, frame, tile, block)
 );
-CREATE INDEX unit_open ON unit (job, state, frame, tile, block) WHERE state < 2;
+-- One for each state: SQLite does not see that state = 0 implies state < 2.
+CREATE INDEX unit_ready ON unit (job, frame, tile, block) WHERE state = 0;
+CREATE INDEX unit_leased ON unit (job, frame, tile, block, lease) WHERE state = 1;
 
 CREATE TABLE lease (
   id BIGINT PRIMARY KEY,

@@ -1,6 +1,7 @@
 //! What a coordinator does unasked: expiry, folding, finishing, sweeping.
 
 use crate::app::{App, now_ms};
+use crate::farm::QUARANTINE_MS;
 use crate::fold;
 use crate::objects::{FILMS, PARTS};
 use futures_util::StreamExt;
@@ -30,7 +31,16 @@ pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
 async fn reap(app: Arc<App>) {
     loop {
         tokio::time::sleep(REAP_EVERY).await;
-        match app.store.expire(now_ms()).await {
+        let now_ms = now_ms();
+        let lease_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+        let cut = app
+            .store
+            .cut_future_times(now_ms, lease_ms, now_ms.saturating_add(QUARANTINE_MS))
+            .await;
+        if let Err(error) = cut {
+            tracing::error!(%error, "reaper");
+        }
+        match app.store.expire(now_ms).await {
             Ok(0) => {}
             Ok(ended) => {
                 tracing::info!(ended, "leases expired");

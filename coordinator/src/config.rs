@@ -23,6 +23,10 @@ pub struct Config {
     pub heartbeat_ms: u64,
     /// How long a lease lives without a heartbeat, in milliseconds.
     pub lease_ttl_ms: u64,
+    /// How often a waiting worker's question is asked again although nothing
+    /// happened here, in milliseconds: the endgame depends on the time alone,
+    /// and other coordinators may have got jobs.
+    pub ask_again_ms: u64,
     /// Age at which an object that no row names is removed, in milliseconds:
     /// longer than any upload lasts.
     pub orphan_grace_ms: u64,
@@ -40,6 +44,7 @@ impl Config {
             lease_target_ms: 10_000,
             heartbeat_ms: 3_000,
             lease_ttl_ms: 15_000,
+            ask_again_ms: 1_000,
             orphan_grace_ms: 3_600_000,
         }
     }

@@ -89,7 +89,7 @@ async fn claim(
         job: job.id,
         worker: request.worker.instance.clone(),
         units_max,
-        avoid_failed: count > 0,
+        present: if count > 0 { count + 1 } else { 0 },
     };
     let (plan, threads) = (row.plan(), request.threads);
     let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);

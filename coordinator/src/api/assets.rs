@@ -1,12 +1,12 @@
 //! Assets by the hash of their content.
 
-use super::extract::{JsonBody, check_length};
+use super::extract::{JsonBody, Segment, check_length};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::objects::Objects;
 use axum::Json;
 use axum::body::{Body, Bytes};
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt;
@@ -42,7 +42,7 @@ pub(crate) async fn missing(
 /// The content of an asset; `HEAD` gives its length alone.
 pub(crate) async fn download(
     State(app): State<Arc<App>>,
-    Path(hash): Path<String>,
+    Segment(hash): Segment,
 ) -> Result<Response, ApiError> {
     let hash = parse_hash(&hash)?;
     let size = app.store.asset_size(&hash).await?;
@@ -65,7 +65,7 @@ pub(crate) async fn download(
 /// one in the path. 201 when it is new, 200 when it was stored already.
 pub(crate) async fn upload(
     State(app): State<Arc<App>>,
-    Path(hash): Path<String>,
+    Segment(hash): Segment,
     headers: HeaderMap,
     body: Body,
 ) -> Result<StatusCode, ApiError> {

@@ -1,10 +1,10 @@
 //! Progress of a job as server-sent events.
 
-use super::extract::{job_id, no_job};
+use super::extract::{Segment, job_id, no_job};
 use super::problem::ApiError;
 use super::view::job_view;
 use crate::app::App;
-use axum::extract::{Path, State};
+use axum::extract::State;
 use axum::http::HeaderName;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
@@ -28,7 +28,7 @@ const COMMENT_EVERY: Duration = Duration::from_secs(15);
 /// event's id; ends with the job, the job's deletion or the process.
 pub(crate) async fn events(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<Response, ApiError> {
     let id = job_id(&id)?;
     app.store.job_rev(id).await?.ok_or_else(|| no_job(id))?;

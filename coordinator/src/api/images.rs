@@ -1,6 +1,6 @@
 //! Pictures of a job at any time, finished or not.
 
-use super::extract::{job_id, no_job, query};
+use super::extract::{Segment, job_id, no_job, query};
 use super::problem::ApiError;
 use crate::app::App;
 use crate::develop::{self, Bloom, ExrAttributes, PngDepth, PostSettings, View};
@@ -8,7 +8,7 @@ use crate::fold::{self, Planes};
 use crate::store::JobRow;
 use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
@@ -37,7 +37,7 @@ pub(crate) struct ExrQuery {
 /// The developed picture.
 pub(crate) async fn png(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
     params: Result<Query<PngQuery>, QueryRejection>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
@@ -66,7 +66,7 @@ pub(crate) async fn png(
 /// The linear picture with its features.
 pub(crate) async fn exr(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
     params: Result<Query<ExrQuery>, QueryRejection>,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {

@@ -1,6 +1,6 @@
 //! Jobs: list, show, cancel, delete.
 
-use super::extract::{job_id, no_job, query};
+use super::extract::{Segment, job_id, no_job, query};
 use super::problem::ApiError;
 use super::view::job_view;
 use crate::app::{App, now_ms};
@@ -8,7 +8,7 @@ use crate::background::remove_job_objects;
 use crate::store::JobFilter;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
-use axum::extract::{Path, Query, State};
+use axum::extract::{Query, State};
 use axum::http::StatusCode;
 use serde::Deserialize;
 use shearwater_shared::api::{JobPage, JobView};
@@ -69,7 +69,7 @@ pub(crate) async fn list(
 /// One job.
 pub(crate) async fn get_job(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
@@ -80,7 +80,7 @@ pub(crate) async fn get_job(
 /// as once.
 pub(crate) async fn cancel(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     if app.store.cancel(id, now_ms()).await? {
@@ -94,7 +94,7 @@ pub(crate) async fn cancel(
 /// Forget a job and its pictures; a running one stops.
 pub(crate) async fn delete(
     State(app): State<Arc<App>>,
-    Path(id): Path<String>,
+    Segment(id): Segment,
 ) -> Result<StatusCode, ApiError> {
     let id = job_id(&id)?;
     if !app.store.delete_job(id).await? {

@@ -19,9 +19,9 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::Instant;
 
-/// How often a waiting worker's question is asked again although nothing
-/// happened here: the endgame depends on the time alone.
-const ASK_AGAIN: Duration = Duration::from_secs(1);
+/// Most often that a waiting worker's question is asked again unasked, whatever
+/// the configuration says.
+const ASK_AGAIN_MIN: Duration = Duration::from_millis(10);
 /// Most leases that one worker names at once; it should hold two.
 const LEASES_NAMED_MAX: usize = 64;
 /// Longest reason of a failure that is kept, in characters.
@@ -54,6 +54,8 @@ pub(crate) async fn lease(
         .await?;
     let wait = Duration::from_millis(request.wait_ms.min(LEASE_WAIT_MS_MAX));
     let deadline = Instant::now() + wait;
+    let ask_again_ms = app.config.ask_again_ms.min(LEASE_WAIT_MS_MAX);
+    let ask_again = Duration::from_millis(ask_again_ms).max(ASK_AGAIN_MIN);
     let mut work = app.work.subscribe();
     let mut stopping = app.stopping.subscribe();
     loop {
@@ -65,7 +67,7 @@ pub(crate) async fn lease(
             }
             Dispatch::Nothing => {}
         }
-        let again = deadline.min(Instant::now() + ASK_AGAIN);
+        let again = deadline.min(Instant::now() + ask_again);
         tokio::select! {
             changed = work.changed() => if changed.is_err() { break },
             stop = stopping.wait_for(|stop| *stop) => { let _ = stop; break }

@@ -20,6 +20,10 @@ use shearwater_shared::limits::{NAME_BYTES_MAX, RUN_SAMPLES_PER_HALF_MAX};
 use shearwater_shared::wire::{self, MESSAGE_BYTES_MAX, PartUpload, WireError};
 use std::sync::Arc;
 
+/// Most microseconds of cores that a run may name: two weeks, far above any run,
+/// and small enough that eight million of them fit into 63 bits.
+const CORE_US_MAX: u64 = 1 << 40;
+
 /// Take one run's sums.
 pub(crate) async fn result(
     State(app): State<Arc<App>>,
@@ -77,7 +81,22 @@ fn check(job: &JobRow, upload: &PartUpload) -> Result<(), ApiError> {
     upload
         .sums
         .check(&rect, &samples)
-        .map_err(|e| ApiError::Invalid(format!("sums: {e}")))
+        .map_err(|e| ApiError::Invalid(format!("sums: {e}")))?;
+    // Counts are summed per job in 63 bits, for millions of runs.
+    let most = plan.run_samples(run);
+    if upload.sums.depth_cap_hits > most {
+        return Err(ApiError::Invalid(format!(
+            "sums: depth_cap_hits is {}, the run has {most} samples",
+            upload.sums.depth_cap_hits
+        )));
+    }
+    if upload.core_us > CORE_US_MAX {
+        return Err(ApiError::Invalid(format!(
+            "core_us is {}, at most {CORE_US_MAX}",
+            upload.core_us
+        )));
+    }
+    Ok(())
 }
 
 /// The hash that tells equal results from unequal ones, and the bytes to keep.

@@ -2,7 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::{Engine, Store};
-use super::rows::{runs_text, small};
+use super::rows::{big, runs_text, small};
 use super::submit::next_id;
 use crate::farm::Unit;
 use shearwater_shared::job::JobId;
@@ -18,8 +18,9 @@ pub struct ReadyQuery {
     pub worker: String,
     /// At most so many.
     pub units_max: usize,
-    /// Leave out units that this worker failed on: others will try them.
-    pub avoid_failed: bool,
+    /// Workers present, or 0 when the asking one is alone. Units that it failed
+    /// on are left to the others, until as many have failed on them.
+    pub present: u64,
 }
 
 /// A fresh lease.
@@ -37,7 +38,9 @@ macro_rules! ready_sql {
             "SELECT frame, tile, block FROM unit WHERE job = $1 AND state = 0 \
              AND ($2 = 0 OR NOT EXISTS (SELECT 1 FROM failure f WHERE f.job = unit.job \
              AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block \
-             AND f.worker = $3)) ORDER BY frame, tile, block LIMIT $4",
+             AND f.worker = $3) OR (SELECT count(*) FROM failure f WHERE f.job = unit.job \
+             AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block) >= $2) \
+             ORDER BY frame, tile, block LIMIT $4",
             $tail
         )
     };
@@ -161,7 +164,7 @@ async fn ready_units(
     };
     let rows = sqlx::query(sql)
         .bind(query.job.0)
-        .bind(i64::from(query.avoid_failed))
+        .bind(big(query.present))
         .bind(&query.worker)
         .bind(i64::try_from(query.units_max).unwrap_or(i64::MAX))
         .fetch_all(&mut **tx)

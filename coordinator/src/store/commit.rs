@@ -2,7 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
-use super::rows::{big, count, hash, int, small, text};
+use super::rows::{big, count, hash, int, json, small, text};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -84,6 +84,7 @@ impl Store {
             return Ok(CommitOutcome::Ended);
         }
         insert_part(&mut tx, part).await?;
+        close_if_done(&mut tx, part).await?;
         tx.commit().await.attempt("commit result")?;
         Ok(CommitOutcome::Counted)
     }
@@ -230,6 +231,47 @@ async fn insert_part(
     .execute(&mut **tx)
     .await
     .attempt("reset failures")?;
+    Ok(())
+}
+
+/// Close the lease of a part when every run of it is counted. A run that was
+/// handed out once more is still this lease's as well.
+async fn close_if_done(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+) -> Result<(), StoreError> {
+    let lease = sqlx::query(
+        "SELECT runs FROM lease WHERE id = $1 AND job = $2 AND closed = 0 AND NOT EXISTS \
+         (SELECT 1 FROM unit WHERE job = $2 AND state = 1 AND lease = $1)",
+    )
+    .bind(part.lease)
+    .bind(part.job.0)
+    .fetch_optional(&mut **tx)
+    .await
+    .attempt("look at lease")?;
+    let Some(lease) = lease else { return Ok(()) };
+    for run in json::<Vec<Run>>(&lease, "runs")? {
+        let open = sqlx::query(
+            "SELECT 1 FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 AND block >= $4 \
+             AND block < $5 AND state < 2 LIMIT 1",
+        )
+        .bind(part.job.0)
+        .bind(i64::from(run.frame))
+        .bind(i64::from(run.tile))
+        .bind(i64::from(run.block0))
+        .bind(i64::from(run.block1))
+        .fetch_optional(&mut **tx)
+        .await
+        .attempt("look at run")?;
+        if open.is_some() {
+            return Ok(());
+        }
+    }
+    sqlx::query("UPDATE lease SET closed = 1 WHERE id = $1")
+        .bind(part.lease)
+        .execute(&mut **tx)
+        .await
+        .attempt("close lease")?;
     Ok(())
 }
 

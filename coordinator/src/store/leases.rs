@@ -73,6 +73,38 @@ impl Store {
         Ok(())
     }
 
+    /// Cut times that no clock of today can have given: after a clock was set
+    /// back, leases, presence and quarantine would last until it catches up.
+    /// Leases end by `lease_ms` at the latest, quarantine by `quarantine_ms`.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn cut_future_times(
+        &self,
+        now_ms: i64,
+        lease_ms: i64,
+        quarantine_ms: i64,
+    ) -> Result<(), StoreError> {
+        for (statement, latest_ms) in [
+            (
+                "UPDATE lease SET until_ms = $1 WHERE closed = 0 AND until_ms > $1",
+                lease_ms,
+            ),
+            ("UPDATE worker SET seen_ms = $1 WHERE seen_ms > $1", now_ms),
+            (
+                "UPDATE worker SET quarantined_until_ms = $1 WHERE quarantined_until_ms > $1",
+                quarantine_ms,
+            ),
+        ] {
+            sqlx::query(statement)
+                .bind(latest_ms)
+                .execute(&self.write)
+                .await
+                .attempt("cut times")?;
+        }
+        Ok(())
+    }
+
     /// One lease.
     ///
     /// # Errors

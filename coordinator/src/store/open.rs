@@ -3,7 +3,7 @@
 use super::error::{Attempt, StoreError};
 use sqlx::any::AnyPoolOptions;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::{Any, AnyPool, Executor, SqlSafeStr, Transaction};
+use sqlx::{Any, AnyPool, Connection, Executor, SqlSafeStr, Transaction};
 use std::time::Duration;
 
 /// Reading connections of one process: progress, listings and pictures read
@@ -142,7 +142,63 @@ async fn pool(engine: Engine, url: &str, connections: u32) -> Result<AnyPool, St
                 Ok(())
             })
         })
+        // After some errors (disk full, I/O) SQLite ends a transaction by itself,
+        // and the driver goes on counting it: such a connection could never
+        // begin another one.
+        .before_acquire(|connection, _| {
+            Box::pin(async move { Ok(!connection.is_in_transaction()) })
+        })
         .connect(url)
         .await
         .attempt("open")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use sqlx::Row;
+
+    async fn store(folder: &tempfile::TempDir) -> Store {
+        let url = format!("sqlite://{}/farm.db?mode=rwc", folder.path().display());
+        Store::open(&url).await.expect("open")
+    }
+
+    #[tokio::test]
+    async fn a_transaction_that_the_engine_ended_costs_no_connection() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = store(&folder).await;
+        let mut tx = store.begin().await.expect("begin");
+        // What SQLite does by itself when the disk is full.
+        sqlx::query("ROLLBACK")
+            .execute(&mut *tx)
+            .await
+            .expect("ended");
+        drop(tx);
+        let tx = store.begin().await.expect("begin again");
+        tx.commit().await.expect("commit");
+    }
+
+    #[tokio::test]
+    async fn ready_and_leased_units_are_found_by_their_index() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = store(&folder).await;
+        for (condition, index) in [
+            ("state = 0", "unit_ready"),
+            ("state = 1", "unit_leased"),
+            ("state = 1 AND lease = 7", "unit_leased"),
+        ] {
+            let sql = format!(
+                "EXPLAIN QUERY PLAN SELECT frame, tile, block FROM unit WHERE job = 1 \
+                 AND {condition} ORDER BY frame, tile, block LIMIT 9"
+            );
+            let rows = sqlx::query(sqlx::AssertSqlSafe(sql))
+                .fetch_all(&store.read)
+                .await
+                .expect("plan");
+            let plan: Vec<String> = rows.iter().map(|row| row.get("detail")).collect();
+            let plan = plan.join("; ");
+            assert!(plan.contains(index), "{plan}");
+            assert!(!plan.contains("TEMP B-TREE"), "{plan}");
+        }
+    }
 }

@@ -26,6 +26,17 @@ async fn unknown_paths_and_methods_are_problems_too() {
         let path = routes::fill(routes::JOB, id);
         problem(farm.get(&path).await, 404, "not-found").await;
     }
+    for route in [
+        routes::JOB,
+        routes::JOB_PNG,
+        routes::JOB_EXR,
+        routes::JOB_EVENTS,
+        routes::ASSET,
+    ] {
+        // No UTF-8: refused before any of our code sees it, and still a problem.
+        let path = routes::fill(route, "%FF");
+        problem(farm.get(&path).await, 400, "bad-request").await;
+    }
     let path = routes::fill(routes::JOB_PNG, "7");
     problem(farm.get(&path).await, 404, "not-found").await;
     problem(
@@ -188,6 +199,13 @@ async fn sums_that_cannot_be_are_refused_and_change_nothing() {
         "bad samples",
     )
     .await;
+    refused(
+        &farm,
+        &with(&|p| p.sums.depth_cap_hits = i64::MAX as u64),
+        "depth_cap_hits",
+    )
+    .await;
+    refused(&farm, &with(&|p| p.core_us = u64::MAX), "core_us").await;
     // Sums of another tile's shape under this tile's name.
     let plan = Plan::new(&job.settings);
     let last_tile = Run {

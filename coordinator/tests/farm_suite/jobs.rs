@@ -182,9 +182,16 @@ async fn a_cancelled_or_deleted_job_takes_nothing_more() {
     problem(delete().await, 404, "not-found").await;
     problem(farm.get(&path).await, 404, "not-found").await;
     problem(farm.deliver(&late).await, 404, "not-found").await;
-    tokio::time::sleep(Duration::from_millis(300)).await;
-    let left = files(&farm.dir.path().join("objects"));
-    assert!(left.iter().all(|file| file.contains("/asset/")), "{left:?}");
+    // Objects go after the answer.
+    let started = std::time::Instant::now();
+    loop {
+        let left = files(&farm.dir.path().join("objects"));
+        if left.iter().all(|file| file.contains("/asset/")) {
+            break;
+        }
+        assert!(started.elapsed() < Duration::from_secs(30), "{left:?}");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
 }
 
 #[tokio::test]

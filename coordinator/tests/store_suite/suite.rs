@@ -47,7 +47,7 @@ pub(crate) async fn claim(
         job,
         worker: "w".into(),
         units_max,
-        avoid_failed: false,
+        present: 0,
     };
     let cut = |ready: &[Unit]| cut_runs(ready, &Plan::new(&SETTINGS), 1);
     store
@@ -77,6 +77,8 @@ pub(crate) async fn run(store: &Store) {
     racing_folds_take_every_part_once(store).await;
     what_ended_stays_ended(store).await;
     expiry_frees_and_late_results_count(store).await;
+    a_clock_set_back_ends_leases_in_time(store).await;
+    a_lease_ends_with_its_last_run(store).await;
     everything_of_a_deleted_job_goes(store).await;
 }
 
@@ -138,6 +140,7 @@ async fn racing_overlapping_commits_never_tear(store: &Store) {
         let mut once = counted.clone();
         once.dedup();
         assert_eq!(once, counted, "no block twice");
+        assert!(!counted.is_empty(), "whoever comes first is counted");
         let state = store
             .tile_states(job, 0, tile, tile + 1)
             .await
@@ -256,6 +259,52 @@ async fn expiry_frees_and_late_results_count(store: &Store) {
     let again = part(job, second.runs[0], second.id, 1);
     let outcome = store.commit(&again, 1_000_400).await.expect("commit");
     assert_eq!(outcome, CommitOutcome::Duplicate);
+}
+
+async fn a_clock_set_back_ends_leases_in_time(store: &Store) {
+    let job = submit(store).await;
+    let day = 86_400_000;
+    let before = claim(store, job, 4, day, day + 100).await.expect("work");
+    // A day earlier by the clock.
+    store
+        .cut_future_times(50, 150, 1000)
+        .await
+        .expect("cut times");
+    let lease = store.lease(before.id).await.expect("read").expect("lease");
+    assert_eq!(lease.until_ms, 150);
+    store.expire(151).await.expect("expire");
+    let after = claim(store, job, 4, 152, 1000).await.expect("work");
+    assert_eq!(after.runs, before.runs, "ready again");
+}
+
+async fn a_lease_ends_with_its_last_run(store: &Store) {
+    let job = submit(store).await;
+    let first = claim(store, job, 4, 1, 1000).await.expect("work");
+    let second = claim(store, job, 4, 1, 1000).await.expect("work");
+    let again = store
+        .reissue(job, &second.runs, "v", 2, 1000)
+        .await
+        .expect("reissue")
+        .expect("work");
+    let closed = async |id| {
+        let lease = store.lease(id).await.expect("read");
+        lease.expect("lease").closed
+    };
+    let last = first.runs.len() - 1;
+    for (i, run) in first.runs.iter().enumerate() {
+        assert!(!closed(first.id).await, "before run {i} of {last}");
+        let outcome = store.commit(&part(job, *run, first.id, 0), 3).await;
+        assert_eq!(outcome.expect("commit"), CommitOutcome::Counted);
+    }
+    assert!(closed(first.id).await);
+    assert!(!closed(second.id).await && !closed(again.id).await);
+    for run in &second.runs {
+        // The first holder still renders what was handed out once more.
+        assert!(!closed(second.id).await);
+        let outcome = store.commit(&part(job, *run, second.id, 0), 3).await;
+        assert_eq!(outcome.expect("commit"), CommitOutcome::Counted);
+    }
+    assert!(closed(second.id).await);
 }
 
 async fn everything_of_a_deleted_job_goes(store: &Store) {
