@@ -76,8 +76,7 @@ impl AssetCache {
     /// The asset `hash`, from memory or from the coordinator. `size` is its
     /// length where the manifest says it; `bytes_max` bounds it in any case.
     ///
-    /// A body that is not what its hash says was damaged on the way, so it
-    /// counts as no answer and is fetched again.
+    /// A body that is not what its hash says is [`CallError::Damaged`].
     pub(crate) async fn fetch(
         &self,
         client: &Client,
@@ -90,7 +89,7 @@ impl AssetCache {
         }
         let bytes = client.asset(hash, size.unwrap_or(bytes_max)).await?;
         if size.is_some_and(|size| size != bytes.len() as u64) || ContentHash::of(&bytes) != *hash {
-            return Err(CallError::Unavailable(format!(
+            return Err(CallError::Damaged(format!(
                 "asset {hash}: {} bytes that have another hash or length",
                 bytes.len()
             )));

@@ -15,6 +15,8 @@ use std::time::Duration;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Small JSON calls.
 const CALL_TIMEOUT: Duration = Duration::from_secs(15);
+/// A heartbeat: the next one is due by then, and a lease outlives several.
+const HEARTBEAT_TIMEOUT: Duration = Duration::from_secs(3);
 /// A part of half a megabyte over a slow line, and a durable write.
 const RESULT_TIMEOUT: Duration = Duration::from_secs(60);
 /// Between two pieces of an asset; its whole length may take hours.
@@ -31,6 +33,9 @@ const ANSWER_BYTES_MAX: usize = shearwater_shared::limits::SUBMIT_BODY_BYTES_MAX
 pub(crate) enum CallError {
     /// Nobody there, overloaded, or not our coordinator: try again later.
     Unavailable(String),
+    /// The content is not what was asked for: damaged on the way, or where it
+    /// is stored.
+    Damaged(String),
     /// The coordinator said no.
     Refused(Problem),
 }
@@ -107,7 +112,7 @@ impl Client {
         &self,
         request: &HeartbeatRequest,
     ) -> Result<HeartbeatResponse, CallError> {
-        let response = self.post_json(routes::WORKER_HEARTBEAT, request, CALL_TIMEOUT);
+        let response = self.post_json(routes::WORKER_HEARTBEAT, request, HEARTBEAT_TIMEOUT);
         json(response.await?).await
     }
 
@@ -177,7 +182,7 @@ async fn read_bounded(mut response: Response, bytes_max: u64) -> Result<Vec<u8>,
             return Ok(bytes);
         };
         if bytes.len() as u64 + chunk.len() as u64 > bytes_max {
-            return Err(CallError::Unavailable(format!(
+            return Err(CallError::Damaged(format!(
                 "the answer is longer than {bytes_max} bytes"
             )));
         }

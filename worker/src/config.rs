@@ -24,6 +24,9 @@ pub struct Config {
     /// Take the traversal without AVX2 even where the machine has it. The bits
     /// are the same; tests say so.
     pub portable_simd: bool,
+    /// End when the coordinator has this worker in quarantine, instead of
+    /// waiting for its end: for whoever has no other worker.
+    pub leave_when_quarantined: bool,
     /// How long a worker that is told to stop waits for its last results to be
     /// acknowledged before it hands its leases back.
     pub shutdown_grace: Duration,
@@ -39,6 +42,7 @@ impl Config {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             asset_cache_bytes: ASSET_CACHE_BYTES,
             portable_simd: false,
+            leave_when_quarantined: false,
             shutdown_grace: SHUTDOWN_GRACE,
         }
     }

@@ -20,7 +20,7 @@ pub enum WorkerError {
         expected: String,
     },
     /// The coordinator wants nothing to do with this worker: another numeric
-    /// build, another protocol, quarantine.
+    /// build, another protocol; quarantine, if the worker is to leave then.
     #[error("the coordinator refuses this worker: {title}: {detail}")]
     Refused {
         /// Kind of refusal.

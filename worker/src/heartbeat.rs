@@ -37,7 +37,9 @@ pub(crate) async fn beat(client: Client, worker: WorkerId, held: &Held, phase: P
                 tracing::info!(lease, "lease dropped by the coordinator");
                 held.abandon(lease);
             }),
-            Err(CallError::Unavailable(why)) => tracing::debug!(why, "heartbeat not heard"),
+            Err(CallError::Unavailable(why) | CallError::Damaged(why)) => {
+                tracing::debug!(why, "heartbeat not heard");
+            }
             Err(CallError::Refused(problem)) => {
                 tracing::warn!(problem.detail, "heartbeat refused");
             }

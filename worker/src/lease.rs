@@ -3,7 +3,7 @@
 use crate::client::Client;
 use crate::error::WorkerError;
 use crate::held::HeldLease;
-use crate::phase::Phase;
+use crate::phase::{Phase, sleep_unless};
 use crate::render::{Queue, Task};
 use crate::retry::{Ended, until_answered};
 use crate::scenes::{SceneFailure, Scenes};
@@ -22,7 +22,15 @@ pub(crate) struct Leasing {
     pub(crate) queue: Arc<Queue>,
     pub(crate) scenes: Scenes,
     pub(crate) threads: usize,
+    pub(crate) leave_when_quarantined: bool,
 }
+
+/// Pause of a worker in quarantine before it asks again: someone may have
+/// looked after it, and asking costs little.
+const QUARANTINE_PAUSE: Duration = Duration::from_secs(30);
+/// Least time between two questions that brought nothing: a coordinator that
+/// shuts down answers at once.
+const EMPTY_PAUSE: Duration = Duration::from_millis(100);
 
 impl Leasing {
     /// Work until the worker drains (`Ok`) or is refused.
@@ -39,8 +47,20 @@ impl Leasing {
                         return Ok(());
                     }
                 }
-                Ok(None) => {}
+                Ok(None) => {
+                    if !self.pause(EMPTY_PAUSE).await {
+                        return Ok(());
+                    }
+                }
                 Err(Ended::Stopped) => return Ok(()),
+                Err(Ended::Refused(problem))
+                    if problem.kind.ends_with(":quarantined") && !self.leave_when_quarantined =>
+                {
+                    tracing::warn!(problem.detail, "in quarantine; asking again later");
+                    if !self.pause(QUARANTINE_PAUSE).await {
+                        return Ok(());
+                    }
+                }
                 Err(Ended::Refused(problem)) => {
                     return Err(WorkerError::Refused {
                         title: problem.title,
@@ -49,6 +69,11 @@ impl Leasing {
                 }
             }
         }
+    }
+
+    /// Wait; `false` when the worker drains.
+    async fn pause(&self, time: Duration) -> bool {
+        sleep_unless(&self.uplink.phase, Phase::Draining, time).await
     }
 
     async fn ask(&self) -> Result<Option<Lease>, Ended> {

@@ -95,6 +95,7 @@ pub async fn run(
             config.portable_simd,
         ),
         threads: config.threads,
+        leave_when_quarantined: config.leave_when_quarantined,
     };
     tracing::info!(
         coordinator = config.coordinator_url,

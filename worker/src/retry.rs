@@ -50,7 +50,7 @@ where
                 return Ok(answer);
             }
             Err(CallError::Refused(problem)) => return Err(Ended::Refused(problem)),
-            Err(CallError::Unavailable(why)) => {
+            Err(CallError::Unavailable(why) | CallError::Damaged(why)) => {
                 if tries == 0 {
                     tracing::warn!(what, why, "coordinator does not answer; trying again");
                 } else {

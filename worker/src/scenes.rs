@@ -1,10 +1,10 @@
 //! Built scenes: fetch, parse and build once, keep the last few.
 
 use crate::assets::AssetCache;
-use crate::client::Client;
+use crate::client::{CallError, Client};
 use crate::phase::{Phase, PhaseRx};
 use crate::retry::{Ended, until_answered};
-use shearwater_shared::api::{FailureKind, Lease};
+use shearwater_shared::api::{FailureKind, Lease, Problem};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{Manifest, RenderSettings};
 use shearwater_shared::{limits, scene};
@@ -12,10 +12,15 @@ use shearwater_tracer::{Assets, BuildOptions, BuildReport, Scene};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// Built scenes that are kept: the one that renders and the one that comes
 /// next; each may take gigabytes.
 const SCENES_KEPT: usize = 2;
+
+/// Damaged copies of one asset before it counts as damaged where it is stored:
+/// a bad line damages one or two.
+const DAMAGED_MAX: u32 = 5;
 
 /// Why a scene cannot be rendered here.
 #[derive(Debug)]
@@ -115,7 +120,23 @@ impl Scenes {
         size: Option<u64>,
         bytes_max: u64,
     ) -> Result<Arc<[u8]>, SceneFailure> {
-        let fetch = || self.cache.fetch(&self.client, hash, size, bytes_max);
+        let damaged = AtomicU32::new(0);
+        let fetch = || async {
+            let fetched = self.cache.fetch(&self.client, hash, size, bytes_max).await;
+            match fetched {
+                Err(CallError::Damaged(why))
+                    if damaged.fetch_add(1, Ordering::Relaxed) + 1 >= DAMAGED_MAX =>
+                {
+                    Err(CallError::Refused(Problem {
+                        kind: String::new(),
+                        title: "Damaged asset".to_owned(),
+                        status: 0,
+                        detail: format!("{why}; damaged in the store, upload it again"),
+                    }))
+                }
+                other => other,
+            }
+        };
         until_answered(&self.phase, Phase::Draining, "asset", fetch)
             .await
             .map_err(|ended| match ended {

@@ -1,6 +1,6 @@
 //! Results on their way to the coordinator: kept until acknowledged.
 
-use crate::client::Client;
+use crate::client::{CallError, Client};
 use crate::held::{Held, HeldLease};
 use crate::phase::{Phase, PhaseRx};
 use crate::retry::{Ended, until_answered};
@@ -8,6 +8,7 @@ use crate::speed::Meter;
 use shearwater_shared::api::{FailureKind, FailureReport, WorkerId};
 use shearwater_shared::plan::Run;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
 
@@ -17,6 +18,17 @@ const UPLOADS_MAX: usize = 4;
 /// Results that wait for an upload (half a megabyte each); beyond that, render
 /// threads wait.
 pub(crate) const RESULTS_WAITING_MAX: usize = 64;
+
+/// Times that a result may arrive damaged before it counts as refused.
+const DAMAGED_MAX: u32 = 3;
+/// Refusals after which nobody waits for the run from this worker.
+const SETTLED_KINDS: [&str; 5] = [
+    ":job-ended",
+    ":not-found",
+    ":unequal-result",
+    ":build",
+    ":protocol",
+];
 
 /// How a run ended on this worker.
 #[derive(Debug)]
@@ -83,7 +95,19 @@ impl Uplink {
     }
 
     async fn deliver(&self, lease: &HeldLease, run: &Run, body: Vec<u8>) -> bool {
-        let send = || self.client.result(body.clone());
+        let damaged = AtomicU32::new(0);
+        let send = || async {
+            match self.client.result(body.clone()).await {
+                // Our own message is whole: something on the way spoiled it.
+                Err(CallError::Refused(problem))
+                    if problem.status == 400
+                        && damaged.fetch_add(1, Ordering::Relaxed) < DAMAGED_MAX =>
+                {
+                    Err(CallError::Damaged(problem.detail))
+                }
+                other => other,
+            }
+        };
         match until_answered(&self.phase, Phase::Stopped, "result", send).await {
             Ok(answer) => self.meter.count(|summary| {
                 summary.runs += 1;
@@ -93,6 +117,15 @@ impl Uplink {
                 let (job, detail) = (lease.job.0, problem.detail);
                 tracing::warn!(job, ?run, detail, "result is not wanted");
                 self.meter.count(|summary| summary.refused += 1);
+                if !SETTLED_KINDS
+                    .iter()
+                    .any(|kind| problem.kind.ends_with(kind))
+                {
+                    // Said aloud, or the run would be leased again without end.
+                    let reason = format!("the coordinator refuses the result: {detail}");
+                    let report = self.report(lease, Some(*run), FailureKind::Worker, reason);
+                    return self.send_failure(&report, Phase::Stopped).await;
+                }
             }
             Err(Ended::Stopped) => return false,
         }

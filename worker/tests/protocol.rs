@@ -210,13 +210,87 @@ async fn threads_change_no_bit() {
 
 #[tokio::test(flavor = "multi_thread")]
 async fn a_coordinator_that_comes_later_is_found() {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("port");
-    let url = format!("http://{}", listener.local_addr().expect("address"));
-    drop(listener);
-    let config = shearwater_worker::Config::new(url, "test");
-    let wait = tokio::time::sleep(Duration::from_millis(600));
-    let summary = shearwater_worker::run(config, wait).await;
-    assert_eq!(summary.expect("still waiting").runs, 0);
+    // Bound and not listening: nobody else gets the port, nobody answers.
+    let socket = tokio::net::TcpSocket::new_v4().expect("socket");
+    socket
+        .bind("127.0.0.1:0".parse().expect("address"))
+        .expect("port");
+    let url = format!("http://{}", socket.local_addr().expect("address"));
+    let mut config = shearwater_worker::Config::new(url, "test");
+    config.threads = 1;
+    let working = Fake::work_with(config);
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    let fake = Fake::start_on(socket.listen(64).expect("listen"), script);
+    fake.until("four parts", |s| s.parts.len() == 4).await;
+    assert_eq!(working.stop().await.expect("worker").runs, 4);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn an_asset_that_is_always_damaged_is_reported() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.damaged_first = u32::MAX;
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a report", |s| !s.failures.is_empty()).await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let report = &script.failures[0];
+    assert_eq!(report.kind, FailureKind::Worker);
+    assert!(report.reason.contains("damaged"), "{}", report.reason);
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_result_that_is_refused_is_reported() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.result_errors = [422].into();
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("parts and a report", |s| {
+        s.parts.len() == 3 && s.failures.len() == 1
+    })
+    .await;
+    let summary = working.stop().await.expect("worker");
+    assert_eq!((summary.runs, summary.refused, summary.failures), (3, 1, 1));
+    let script = fake.script.lock().expect("script");
+    let report = &script.failures[0];
+    assert_eq!(report.kind, FailureKind::Worker);
+    assert!(report.run.is_some_and(|run| four_runs().contains(&run)));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_result_damaged_on_the_way_is_sent_again() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.result_errors = [400, 400].into();
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("four parts", |s| s.parts.len() == 4).await;
+    let summary = working.stop().await.expect("worker");
+    assert_eq!((summary.runs, summary.refused, summary.failures), (4, 0, 0));
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn a_worker_in_quarantine_waits_unless_it_is_the_only_one() {
+    let quarantine = || Script {
+        quarantine: u32::MAX,
+        ..Script::default()
+    };
+    let fake = Fake::start(quarantine()).await;
+    let working = fake.work(1);
+    fake.until("a question", |s| !s.lease_requests.is_empty())
+        .await;
+    tokio::time::sleep(Duration::from_millis(300)).await;
+    working.stop().await.expect("it waits, and can be stopped");
+
+    let fake = Fake::start(quarantine()).await;
+    let mut config = shearwater_worker::Config::new(fake.url(), "test");
+    config.leave_when_quarantined = true;
+    let error = Fake::work_with(config).end().await.expect_err("leaves");
+    assert!(matches!(error, WorkerError::Refused { .. }), "{error}");
 }
 
 #[tokio::test]

@@ -37,6 +37,8 @@ pub(crate) struct Script {
     pub(crate) result_errors: VecDeque<u16>,
     /// Refuse lease requests.
     pub(crate) refuse: bool,
+    /// Say that the worker is in quarantine, this many times.
+    pub(crate) quarantine: u32,
     /// Drop these leases at the next heartbeat.
     pub(crate) drop: Vec<i64>,
     pub(crate) lease_requests: Vec<LeaseRequest>,
@@ -85,6 +87,13 @@ async fn ended(worker: JoinHandle<Result<Summary, WorkerError>>) -> Result<Summa
 
 impl Fake {
     pub(crate) async fn start(script: Script) -> Self {
+        let listener = tokio::net::TcpListener::bind("127.0.0.1:0")
+            .await
+            .expect("port");
+        Self::start_on(listener, script)
+    }
+
+    pub(crate) fn start_on(listener: tokio::net::TcpListener, script: Script) -> Self {
         let script = Arc::new(Mutex::new(script));
         let app = Router::new()
             .route(routes::WORKER_LEASES, post(lease))
@@ -97,18 +106,23 @@ impl Fake {
                 wire::MESSAGE_BYTES_MAX,
             ))
             .with_state(script.clone());
-        let listener = tokio::net::TcpListener::bind("127.0.0.1:0")
-            .await
-            .expect("port");
         let url = format!("http://{}", listener.local_addr().expect("address"));
         tokio::spawn(async move { axum::serve(listener, app).await });
         Self { script, url }
     }
 
     pub(crate) fn work(&self, threads: usize) -> Working {
-        let (stop, stopped) = oneshot::channel::<()>();
         let mut config = Config::new(&self.url, "test");
         config.threads = threads;
+        Self::work_with(config)
+    }
+
+    pub(crate) fn url(&self) -> &str {
+        &self.url
+    }
+
+    pub(crate) fn work_with(config: Config) -> Working {
+        let (stop, stopped) = oneshot::channel::<()>();
         let worker = tokio::spawn(shearwater_worker::run(config, async {
             let _ = stopped.await;
         }));
@@ -167,6 +181,10 @@ async fn lease(State(script): State<Shared>, Json(request): Json<LeaseRequest>) 
         if script.refuse {
             return problem(StatusCode::CONFLICT, "build");
         }
+        if script.quarantine > 0 {
+            script.quarantine -= 1;
+            return problem(StatusCode::FORBIDDEN, "quarantined");
+        }
         script.leases.pop_front()
     };
     if let Some(lease) = lease {
@@ -180,7 +198,12 @@ async fn result(State(script): State<Shared>, body: Bytes) -> Response {
     let mut script = script.lock().expect("script");
     script.tries += 1;
     if let Some(status) = script.result_errors.pop_front() {
-        return problem(StatusCode::from_u16(status).expect("status"), "scripted");
+        let name = if status == 410 {
+            "job-ended"
+        } else {
+            "scripted"
+        };
+        return problem(StatusCode::from_u16(status).expect("status"), name);
     }
     let part = wire::decode_part(&body).expect("a part");
     let duplicate = script.parts.iter().any(|other| other.run == part.run);
