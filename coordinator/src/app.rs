@@ -32,10 +32,10 @@ pub(crate) struct App {
     pub(crate) change: watch::Sender<u64>,
     /// True once the process is to end.
     pub(crate) stopping: watch::Sender<bool>,
-    pub(crate) cpu: Semaphore,
+    pub(crate) cpu: Arc<Semaphore>,
     pub(crate) results: Semaphore,
     pub(crate) uploads: Semaphore,
-    pub(crate) develops: Semaphore,
+    pub(crate) develops: Arc<Semaphore>,
     pub(crate) waiters: Arc<Semaphore>,
 }
 
@@ -60,25 +60,30 @@ impl App {
             work: watch::Sender::new(0),
             change: watch::Sender::new(0),
             stopping: watch::Sender::new(false),
-            cpu: Semaphore::new(threads.max(2)),
+            cpu: Arc::new(Semaphore::new(threads.max(2))),
             results: Semaphore::new(RESULTS_MAX),
             uploads: Semaphore::new(UPLOADS_MAX),
-            develops: Semaphore::new(DEVELOPS_MAX),
+            develops: Arc::new(Semaphore::new(DEVELOPS_MAX)),
             waiters: Arc::new(Semaphore::new(WAITERS_MAX)),
         })
     }
 
     /// Run a computation off the async threads; as many at once as the machine
-    /// has threads.
+    /// has threads. Whoever waits may go away; the work and its place stay
+    /// until it ends.
     pub(crate) async fn compute<T: Send + 'static>(
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, CutOff> {
-        let _permit = self
-            .cpu
-            .acquire()
+        let permit = Arc::clone(&self.cpu)
+            .acquire_owned()
             .await
             .map_err(|e| CutOff(e.to_string()))?;
+        let work = move || {
+            let done = work();
+            drop(permit);
+            done
+        };
         tokio::task::spawn_blocking(work)
             .await
             .map_err(|e| CutOff(e.to_string()))

@@ -1,7 +1,7 @@
 //! Write-once objects: assets, parts and films.
 //!
 //! Every object is durable (fsynced, with its directory) before `put` returns,
-//! and is never changed afterwards: names of parts and films carry a nonce, so
+//! and its content never changes afterwards: names of parts and films carry a nonce, so
 //! no two writers ever meet and a row names either the whole object or nothing.
 
 use axum::body::Bytes;
@@ -160,6 +160,18 @@ impl Objects {
             .get(&Path::from(name))
             .await
             .map_err(|source| failed(name, source))
+    }
+
+    /// The length of an object; `None` when there is no such object.
+    ///
+    /// # Errors
+    /// The store failed.
+    pub async fn size(&self, name: &str) -> Result<Option<u64>, ObjectError> {
+        match self.store.head(&Path::from(name)).await {
+            Ok(meta) => Ok(Some(meta.size)),
+            Err(Error::NotFound { .. }) => Ok(None),
+            Err(source) => Err(failed(name, source)),
+        }
     }
 
     /// Remove an object; one that is gone already is fine.

@@ -32,11 +32,20 @@ pub(crate) async fn missing(
     }
     let mut missing = Vec::new();
     for hash in request.hashes {
-        if app.store.asset_size(&hash).await?.is_none() {
+        if !is_stored(&app, &hash).await? {
             missing.push(hash);
         }
     }
     Ok(Json(MissingResponse { missing }))
+}
+
+/// Whether an asset is known and its object is there in its whole length.
+async fn is_stored(app: &App, hash: &ContentHash) -> Result<bool, ApiError> {
+    let Some(size) = app.store.asset_size(hash).await? else {
+        return Ok(false);
+    };
+    let found = app.objects.size(&Objects::asset_name(hash)).await?;
+    Ok(found == Some(size))
 }
 
 /// The content of an asset; `HEAD` gives its length alone.
@@ -47,7 +56,16 @@ pub(crate) async fn download(
     let hash = parse_hash(&hash)?;
     let size = app.store.asset_size(&hash).await?;
     let size = size.ok_or_else(|| ApiError::NotFound(format!("asset {hash} is not stored")))?;
-    let object = app.objects.open(&Objects::asset_name(&hash)).await?;
+    let lost = || {
+        tracing::error!(%hash, "a stored asset is lost or cut short");
+        ApiError::NotFound(format!("asset {hash} is lost; upload it again"))
+    };
+    let object = match app.objects.open(&Objects::asset_name(&hash)).await {
+        Ok(object) if object.meta.size == size => object,
+        Ok(_) => return Err(lost()),
+        Err(error) if error.is_missing() => return Err(lost()),
+        Err(error) => return Err(error.into()),
+    };
     let headers = [
         (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
         (header::CONTENT_LENGTH, size.to_string()),
@@ -72,14 +90,11 @@ pub(crate) async fn upload(
     let hash = parse_hash(&hash)?;
     check_length(&headers, ASSET_BYTES_MAX)?;
     let _permit = app.uploads.acquire().await.map_err(|_| ApiError::Busy)?;
-    let known = app.store.asset_size(&hash).await?.is_some();
-    if known {
-        // Read on: an answer in the middle of a body looks like an error.
-        receive(body, None).await?;
-        return Ok(StatusCode::OK);
-    }
+    // What is stored already is written again all the same: who sends it mends
+    // a copy that was damaged.
+    let known = is_stored(&app, &hash).await?;
     let mut upload = app.objects.upload(&Objects::asset_name(&hash)).await?;
-    let received = receive(body, Some(&mut upload)).await;
+    let received = receive(body, &mut upload).await;
     let outcome = match received {
         Ok((found, size)) if found == hash => Ok(size),
         Ok((found, _)) => Err(ApiError::Invalid(format!(
@@ -95,7 +110,11 @@ pub(crate) async fn upload(
                 .await
                 .map_err(|e| ApiError::Internal(e.to_string()))?;
             app.store.add_asset(&hash, size, now_ms()).await?;
-            Ok(StatusCode::CREATED)
+            Ok(if known {
+                StatusCode::OK
+            } else {
+                StatusCode::CREATED
+            })
         }
         Err(error) => {
             if let Err(abort) = upload.abort().await {
@@ -106,10 +125,10 @@ pub(crate) async fn upload(
     }
 }
 
-/// Take a body in, into `upload` if there is one; its hash and length.
+/// Take a body into `upload`; its hash and length.
 async fn receive(
     body: Body,
-    mut upload: Option<&mut Box<dyn MultipartUpload>>,
+    upload: &mut Box<dyn MultipartUpload>,
 ) -> Result<(ContentHash, u64), ApiError> {
     let mut chunks = body.into_data_stream();
     let mut hasher = blake3::Hasher::new();
@@ -126,12 +145,10 @@ async fn receive(
             return Err(ApiError::TooLarge(ASSET_BYTES_MAX));
         }
         hasher.update(&chunk);
-        if let Some(upload) = upload.as_deref_mut() {
-            upload
-                .put_part(PutPayload::from(chunk))
-                .await
-                .map_err(|e| ApiError::Internal(e.to_string()))?;
-        }
+        upload
+            .put_part(PutPayload::from(chunk))
+            .await
+            .map_err(|e| ApiError::Internal(e.to_string()))?;
     }
     let hash = ContentHash::from_bytes(*hasher.finalize().as_bytes());
     Ok((hash, size))

@@ -15,6 +15,7 @@ use serde::Deserialize;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::scene;
 use std::sync::Arc;
+use tokio::sync::OwnedSemaphorePermit;
 
 /// Query of a developed picture; the scene decides what is not given.
 #[derive(Debug, Deserialize)]
@@ -55,10 +56,14 @@ pub(crate) async fn png(
     if not_modified(&headers, &tag) {
         return Ok(unchanged(tag));
     }
-    let _permit = app.develops.acquire().await.map_err(|_| ApiError::Busy)?;
+    let permit = developing(&app).await?;
     let picture = fold::picture(&app, &job, frame, Planes::Beauty).await?;
     let bytes = app
-        .compute(move || develop::develop_png(&picture, &post, depth))
+        .compute(move || {
+            let bytes = develop::develop_png(&picture, &post, depth);
+            drop(permit);
+            bytes
+        })
         .await??;
     Ok(image("image/png", tag, bytes))
 }
@@ -76,7 +81,7 @@ pub(crate) async fn exr(
     if not_modified(&headers, &tag) {
         return Ok(unchanged(tag));
     }
-    let _permit = app.develops.acquire().await.map_err(|_| ApiError::Busy)?;
+    let permit = developing(&app).await?;
     let picture = fold::picture(&app, &job, frame, Planes::All).await?;
     let attributes = ExrAttributes {
         software: concat!("Shearwater ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -87,9 +92,20 @@ pub(crate) async fn exr(
         render_seconds: (job.core_us as f64 / 1e6) as f32,
     };
     let bytes = app
-        .compute(move || develop::encode_exr(&picture, &attributes))
+        .compute(move || {
+            let bytes = develop::encode_exr(&picture, &attributes);
+            drop(permit);
+            bytes
+        })
         .await??;
     Ok(image("image/x-exr", tag, bytes))
+}
+
+/// A place among those who develop; it goes with the computation, which a
+/// client that goes away does not stop.
+async fn developing(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
+    let places = Arc::clone(&app.develops);
+    places.acquire_owned().await.map_err(|_| ApiError::Busy)
 }
 
 async fn job_and_frame(app: &App, id: &str, frame: Option<u32>) -> Result<(JobRow, u32), ApiError> {

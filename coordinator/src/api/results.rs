@@ -7,7 +7,7 @@ use super::extract::{no_job, read_body};
 use super::leases::check_numeric_build;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::farm::too_many_bad;
+use crate::farm::{bad_samples_reason, too_many_bad};
 use crate::store::{CommitOutcome, JobRow, PartRecord};
 use axum::Json;
 use axum::body::Body;
@@ -186,11 +186,7 @@ async fn fail_if_too_bad(app: &App, id: JobId) -> Result<(), ApiError> {
         return Ok(());
     };
     if too_many_bad(job.bad_samples, job.samples_total) {
-        let reason = format!(
-            "{} of {} samples are no light (NaN, infinite, negative or too large): the scene or \
-             the tracer is at fault; the coordinator's log names the first ones",
-            job.bad_samples, job.samples_total
-        );
+        let reason = bad_samples_reason(job.bad_samples, job.samples_total);
         app.store.fail_job(id, None, &reason, now_ms()).await?;
     }
     Ok(())

@@ -130,10 +130,13 @@ async fn checked_scene(app: &App, request: &SubmitRequest) -> Result<SceneDescri
             limits::SCENE_BYTES_MAX
         )));
     }
-    let bytes = app
-        .objects
-        .get(&Objects::asset_name(&manifest.scene))
-        .await?;
+    let bytes = match app.objects.get(&Objects::asset_name(&manifest.scene)).await {
+        Err(error) if error.is_missing() => {
+            let text = missing("manifest.scene", &manifest.scene);
+            return Err(ApiError::Invalid(text));
+        }
+        other => other?,
+    };
     let scene = app
         .compute(move || scene::parse(&bytes))
         .await?

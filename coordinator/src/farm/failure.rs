@@ -9,6 +9,9 @@ const POISON_WORKERS: u64 = 3;
 const POISON_TIMES: u64 = 6;
 /// Different units in a row that a worker may fail on before it gets no more.
 const QUARANTINE_STREAK: u64 = 3;
+/// Bad samples that any job may have, however small it is: a single one says
+/// little about a preview of half a million samples.
+const BAD_SAMPLES_BORNE: u64 = 16;
 /// How long a worker gets nothing: long enough for someone to look, short
 /// enough that a repaired machine comes back by itself.
 pub const QUARANTINE_MS: i64 = 10 * 60 * 1000;
@@ -43,7 +46,17 @@ pub const fn should_quarantine(streak: WorkerStreak) -> bool {
 /// in which results come.
 #[must_use]
 pub fn too_many_bad(bad_samples: u64, samples_total: u64) -> bool {
-    bad_samples as f64 > samples_total as f64 * BAD_SAMPLE_SHARE_MAX
+    bad_samples > BAD_SAMPLES_BORNE
+        && bad_samples as f64 > samples_total as f64 * BAD_SAMPLE_SHARE_MAX
+}
+
+/// What is said of a job with [`too_many_bad`] samples.
+#[must_use]
+pub fn bad_samples_reason(bad_samples: u64, samples_total: u64) -> String {
+    format!(
+        "{bad_samples} of {samples_total} samples are no light (NaN, infinite, negative or too \
+         large): the scene or the tracer is at fault; the coordinator's log names the first ones"
+    )
 }
 
 #[cfg(test)]
@@ -61,10 +74,11 @@ mod tests {
     }
 
     #[test]
-    fn one_bad_sample_in_a_million_is_borne() {
+    fn one_bad_sample_in_a_million_is_borne_and_sixteen_always() {
         assert!(!too_many_bad(0, 0));
-        assert!(too_many_bad(1, 999_999));
-        assert!(!too_many_bad(1, 1_000_000));
-        assert!(too_many_bad(2, 1_999_999));
+        assert!(!too_many_bad(16, 1));
+        assert!(too_many_bad(17, 16_999_999));
+        assert!(!too_many_bad(17, 17_000_000));
+        assert!(too_many_bad(18, 17_999_999));
     }
 }

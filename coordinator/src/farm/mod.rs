@@ -13,7 +13,8 @@ mod state;
 pub use choose::{LiveJob, next_job};
 pub use endgame::{Helper, OpenLease, runs_to_reissue};
 pub use failure::{
-    QUARANTINE_MS, UnitFailures, WorkerStreak, should_quarantine, too_many_bad, unit_is_poison,
+    QUARANTINE_MS, UnitFailures, WorkerStreak, bad_samples_reason, should_quarantine, too_many_bad,
+    unit_is_poison,
 };
 pub use lease_size::{Sizing, lease_units};
 pub use runs::{Unit, cut_runs};

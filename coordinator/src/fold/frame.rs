@@ -3,6 +3,7 @@
 use super::error::FoldError;
 use super::tile;
 use crate::app::{App, now_ms};
+use crate::farm::{bad_samples_reason, too_many_bad};
 use crate::store::FrameTile;
 use shearwater_shared::film::{FilmError, FilmHasher, TileFilm};
 use shearwater_shared::job::JobId;
@@ -13,6 +14,11 @@ pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, Fo
     let Some(row) = app.store.job(job).await? else {
         return Ok(false);
     };
+    if too_many_bad(row.bad_samples, row.samples_total) {
+        // Said when the result came, unless the process ended in between.
+        let reason = bad_samples_reason(row.bad_samples, row.samples_total);
+        return Ok(app.store.fail_job(job, None, &reason, now_ms()).await?);
+    }
     let plan = row.plan();
     let mut hasher = FilmHasher::new(plan);
     for first in (0..plan.tiles()).step_by(plan.tiles_x().max(1) as usize) {

@@ -16,7 +16,7 @@ pub(crate) use picture::picture;
 
 use crate::app::App;
 use crate::store::FrameTile;
-use futures_util::stream::{self, StreamExt, TryStreamExt};
+use futures_util::stream::{self, StreamExt};
 
 /// Parts of one tile that may wait before they are folded although the tile is
 /// not complete: bounds what a picture of an unfinished job must read.
@@ -31,28 +31,47 @@ const FRAMES_PER_PASS: u32 = 4;
 /// Fold what is due and finish frames; how much was done.
 pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
     let tiles = app.store.tiles_to_fold(PARTS_MAX, TILES_PER_PASS).await?;
-    let folded: usize = stream::iter(tiles)
+    // An error of one tile or frame must not hold up the others.
+    let mut tally = Tally::default();
+    let mut folds = stream::iter(tiles)
         .map(|at| fold_or_fail(app, at))
-        .buffer_unordered(TILES_AT_ONCE)
-        .try_fold(0, |sum, done| async move { Ok(sum + usize::from(done)) })
-        .await?;
-    let mut finished = 0;
-    for (job, frame) in app.store.frames_to_finish(FRAMES_PER_PASS).await? {
-        finished += match frame::finish(app, job, frame).await {
-            Ok(done) => usize::from(done),
-            Err(error) => lost(app, job, error).await?,
-        };
+        .buffer_unordered(TILES_AT_ONCE);
+    while let Some(folded) = folds.next().await {
+        tally.add(folded);
     }
-    if folded + finished > 0 {
+    for (job, frame) in app.store.frames_to_finish(FRAMES_PER_PASS).await? {
+        tally.add(match frame::finish(app, job, frame).await {
+            Ok(done) => Ok(done),
+            Err(error) => lost(app, job, error).await,
+        });
+    }
+    if tally.done > 0 {
         app.job_changed();
     }
-    Ok(folded + finished)
+    tally.first_error.map_or(Ok(tally.done), Err)
+}
+
+/// What one pass did.
+#[derive(Default)]
+struct Tally {
+    done: usize,
+    first_error: Option<FoldError>,
+}
+
+impl Tally {
+    fn add(&mut self, outcome: Result<bool, FoldError>) {
+        match (outcome, &self.first_error) {
+            (Ok(done), _) => self.done += usize::from(done),
+            (Err(error), None) => self.first_error = Some(error),
+            (Err(error), Some(_)) => tracing::error!(%error, "folding"),
+        }
+    }
 }
 
 async fn fold_or_fail(app: &App, at: FrameTile) -> Result<bool, FoldError> {
     match tile::fold(app, &at).await {
         Ok(done) => Ok(done),
-        Err(error) => lost(app, at.job, error).await.map(|n| n > 0),
+        Err(error) => lost(app, at.job, error).await,
     }
 }
 
@@ -62,7 +81,7 @@ async fn lost(
     app: &App,
     job: shearwater_shared::job::JobId,
     error: FoldError,
-) -> Result<usize, FoldError> {
+) -> Result<bool, FoldError> {
     if !error.is_permanent() {
         return Err(error);
     }
@@ -71,5 +90,5 @@ async fn lost(
     app.store
         .fail_job(job, None, &reason, crate::app::now_ms())
         .await?;
-    Ok(1)
+    Ok(true)
 }

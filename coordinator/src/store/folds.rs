@@ -70,7 +70,8 @@ impl Store {
         sqlx::query(
             "SELECT p.job, p.frame, p.tile FROM part p JOIN job j ON j.id = p.job \
              JOIN tilefold t ON t.job = p.job AND t.frame = p.frame AND t.tile = p.tile \
-             WHERE p.object IS NOT NULL AND j.finished_ms IS NULL \
+             WHERE p.object IS NOT NULL AND p.job IN (SELECT id FROM job \
+             WHERE finished_ms IS NULL) \
              GROUP BY p.job, p.frame, p.tile, t.blocks, j.blocks \
              HAVING count(*) >= $1 OR t.blocks + sum(p.block1 - p.block0) >= j.blocks \
              ORDER BY p.job, p.frame, p.tile LIMIT $2",

@@ -42,6 +42,33 @@ async fn upload_find_and_download() {
 }
 
 #[tokio::test]
+async fn a_lost_or_damaged_asset_is_mended_by_sending_it_again() {
+    let farm = start().await;
+    let hash = farm.put_asset(b"precious").await;
+    let file = farm.dir.path().join("objects/asset").join(hash.to_string());
+    let missing = async || {
+        let ask = MissingRequest { hashes: vec![hash] };
+        let answer = farm.post(routes::ASSETS_MISSING, &ask).await;
+        json::<MissingResponse>(answer).await.missing
+    };
+    for spoil in [
+        (|file| std::fs::remove_file(file).expect("lost")) as fn(&std::path::Path),
+        |file| std::fs::write(file, b"prec").expect("cut short"),
+    ] {
+        assert_eq!(missing().await, []);
+        spoil(&file);
+        assert_eq!(missing().await, [hash]);
+        let gone = problem(farm.get(&place(&hash)).await, 404, "not-found").await;
+        assert!(gone.detail.contains("upload it again"), "{}", gone.detail);
+        farm.put_asset(b"precious").await;
+    }
+    std::fs::write(&file, b"Precious").expect("another bit");
+    farm.put_asset(b"precious").await;
+    let mended = farm.get(&place(&hash)).await.bytes().await.expect("body");
+    assert_eq!(mended, b"precious"[..]);
+}
+
+#[tokio::test]
 async fn content_that_is_not_its_name_is_never_visible() {
     let farm = start().await;
     let hash = ContentHash::of(b"true");

@@ -137,11 +137,11 @@ async fn bad_samples_are_counted_and_fail_the_job_beyond_their_share() {
         part.sums.depth_cap_hits = 5;
         part
     };
-    // 3.9 million samples: three bad ones are borne, four are not.
-    let answer = farm.deliver(&with_bad(&lease.runs[0], 3)).await;
+    // 3.9 million samples: sixteen bad ones are borne, seventeen are not.
+    let answer = farm.deliver(&with_bad(&lease.runs[0], 16)).await;
     assert_eq!(answer.status(), StatusCode::OK);
     let view = farm.job(job.id).await;
-    assert_eq!((view.bad_samples, view.depth_cap_hits), (3, 5));
+    assert_eq!((view.bad_samples, view.depth_cap_hits), (16, 5));
     assert_eq!(view.state, JobState::Running);
     farm.deliver(&with_bad(&lease.runs[1], 1)).await;
     let failed = farm.job(job.id).await;
