@@ -15,13 +15,18 @@ use std::time::Duration;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Small calls.
 const CALL_TIMEOUT: Duration = Duration::from_secs(30);
-/// Between two pieces of a picture or asset; developing a large one takes time.
+/// Silence after which the system asks whether an upload's other side is there.
+const KEEPALIVE: Duration = Duration::from_secs(15);
+/// Between two pieces of a picture; developing a large one takes time.
 const READ_TIMEOUT: Duration = Duration::from_secs(120);
 
 /// A connection to one coordinator.
 #[derive(Clone, Debug)]
 pub(crate) struct Api {
     http: reqwest::Client,
+    /// Without a limit between two pieces of an answer: that of an upload comes
+    /// after its last byte, which may take hours.
+    uploads: reqwest::Client,
     base: Url,
 }
 
@@ -65,15 +70,24 @@ impl Api {
         if base.scheme() != "http" || base.host_str().is_none() {
             return Err(error("expected http://host:port".into()));
         }
-        let mut builder = reqwest::Client::builder()
-            .connect_timeout(CONNECT_TIMEOUT)
-            .read_timeout(READ_TIMEOUT)
-            .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")));
-        if matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost")) {
-            builder = builder.no_proxy();
-        }
-        let http = builder.build().map_err(|e| error(e.to_string()))?;
-        Ok(Self { http, base })
+        let local = matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost"));
+        let builder = || {
+            let builder = reqwest::Client::builder()
+                .connect_timeout(CONNECT_TIMEOUT)
+                .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")));
+            if local { builder.no_proxy() } else { builder }
+        };
+        let built = |builder: reqwest::ClientBuilder| {
+            let client = builder.build();
+            client.map_err(|e| error(e.to_string()))
+        };
+        let http = built(builder().read_timeout(READ_TIMEOUT))?;
+        let uploads = built(builder().tcp_keepalive(KEEPALIVE))?;
+        Ok(Self {
+            http,
+            uploads,
+            base,
+        })
     }
 
     fn url(&self, path: &str) -> Result<Url, CliError> {
@@ -107,10 +121,12 @@ impl Api {
                 url: self.base.to_string(),
                 why: problem.detail,
             }),
-            Ok(problem) if problem.kind.starts_with("urn:shearwater:problem:scene") => {
-                Err(CliError::Scene(problem.detail))
-            }
             Ok(problem) => Err(CliError::Refused(problem)),
+            // A proxy whose coordinator is away.
+            Err(_) if status.is_server_error() => Err(CliError::Unreachable {
+                url: self.base.to_string(),
+                why: format!("status {status}"),
+            }),
             Err(_) => Err(self.strange(&format!("status {status}"))),
         }
     }
@@ -167,9 +183,9 @@ impl Api {
                 continue;
             };
             let path = routes::fill(routes::ASSET, &hash.to_string());
-            let body = source.read()?;
+            let body = source.read().await?;
             tracing::info!(%hash, bytes = body.len(), "upload");
-            self.send(self.http.put(self.url(&path)?).body(body))
+            self.send(self.uploads.put(self.url(&path)?).body(body))
                 .await?;
         }
         let request = SubmitRequest {

@@ -4,10 +4,22 @@ use crate::exit::CliError;
 use serde_json::{Value, json};
 use shearwater_shared::api::JobView;
 use shearwater_shared::job::JobState;
+use std::io::{ErrorKind, Write};
+
+/// Print a text and end the line. Whoever reads may have closed the pipe (`| head`):
+/// that is no error of this program, and nothing can be said about it there.
+pub(crate) fn line(text: impl std::fmt::Display) {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            let _ = writeln!(std::io::stderr(), "error: standard output: {error}");
+        }
+        _ => {}
+    }
+}
 
 /// Print one JSON object on one line.
 pub(crate) fn object(value: &Value) {
-    println!("{value}");
+    line(value);
 }
 
 /// Print why the command failed. Text always goes to standard error.

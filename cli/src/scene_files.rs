@@ -17,8 +17,9 @@ pub(crate) struct Source(PathBuf);
 
 impl Source {
     /// The bytes.
-    pub(crate) fn read(&self) -> Result<Vec<u8>, CliError> {
-        std::fs::read(&self.0).map_err(CliError::io(&self.0))
+    pub(crate) async fn read(&self) -> Result<Vec<u8>, CliError> {
+        let bytes = tokio::fs::read(&self.0).await;
+        bytes.map_err(CliError::io(&self.0))
     }
 }
 

@@ -1,28 +1,40 @@
 //! Signals that ask the program to end.
 
-/// Completes at the first SIGINT or SIGTERM.
-pub(crate) async fn asked_to_end() {
+/// Completes at the first SIGINT or SIGTERM. Listens from the call on, not only
+/// from the first wait.
+pub(crate) fn asked_to_end() -> impl Future<Output = ()> {
     #[cfg(unix)]
-    {
+    let signals = {
         use tokio::signal::unix::{SignalKind, signal};
-        if let Ok(mut terminate) = signal(SignalKind::terminate()) {
+        (
+            signal(SignalKind::interrupt()).ok(),
+            signal(SignalKind::terminate()).ok(),
+        )
+    };
+    async move {
+        #[cfg(unix)]
+        if let (Some(mut interrupt), Some(mut terminate)) = signals {
             tokio::select! {
-                _ = tokio::signal::ctrl_c() => {}
+                _ = interrupt.recv() => {}
                 _ = terminate.recv() => {}
             }
             return;
         }
+        let _ = tokio::signal::ctrl_c().await;
     }
-    let _ = tokio::signal::ctrl_c().await;
 }
 
 /// Completes at the first signal, after which a second one ends the program at
-/// once.
-pub(crate) async fn asked_to_end_once() {
-    asked_to_end().await;
-    tracing::info!("ending; once more to end at once");
-    tokio::spawn(async {
-        asked_to_end().await;
-        std::process::exit(crate::exit::Exit::Interrupted as i32);
-    });
+/// once. Listens from the call on.
+pub(crate) fn asked_to_end_once() -> impl Future<Output = ()> {
+    let first = asked_to_end();
+    async {
+        first.await;
+        tracing::info!("ending; once more to end at once");
+        let second = asked_to_end();
+        tokio::spawn(async {
+            second.await;
+            std::process::exit(crate::exit::Exit::Interrupted as i32);
+        });
+    }
 }

@@ -4,7 +4,7 @@ mod common;
 
 use common::farm::{Farm, hash_of};
 use common::process::{Process, command, run};
-use common::scene;
+use common::{scene, until};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
@@ -231,7 +231,9 @@ fn an_interrupted_render_ends_with_130() {
     let place = Place::new();
     let mut command = command(["render", "--spp", "1000000", "-v", "-o"]);
     let process = Process::start(command.arg(place.out()).arg(&place.scene));
-    std::thread::sleep(std::time::Duration::from_secs(1));
+    until("the worker starts", || {
+        process.stderr().contains("worker starts").then_some(())
+    });
     process.signal("INT");
     process.end().expect_code(130);
     assert!(!place.out().join("small.png").exists());

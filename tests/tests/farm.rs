@@ -131,4 +131,5 @@ fn results_twice_and_shuffled() {
     let job = farm.job(&id);
     assert_eq!(job["film_hashes"][0], right_answer());
     assert_eq!(job["state"], "done");
+    assert!(job["unequal_results"].as_u64() >= Some(1), "{job}");
 }

@@ -26,7 +26,10 @@ pub(crate) async fn run(args: &Cancel, json: bool) -> Result<(), CliError> {
     if json {
         output::object(&output::job_value(&job));
     } else {
-        println!("job {id} is {}", output::state_text(job.state));
+        output::line(format_args!(
+            "job {id} is {}",
+            output::state_text(job.state)
+        ));
     }
     Ok(())
 }

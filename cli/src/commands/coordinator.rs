@@ -40,7 +40,7 @@ pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
     if json {
         output::object(&json!({ "url": url, "data": args.data }));
     } else {
-        println!("listening on {url}");
+        output::line(format_args!("listening on {url}"));
     }
     signals::asked_to_end_once().await;
     coordinator.shutdown().await;

@@ -39,7 +39,7 @@ pub(crate) async fn run(args: &Download, json: bool) -> Result<(), CliError> {
             "files": files,
         }));
     } else {
-        files.iter().for_each(|file| println!("{}", file.display()));
+        files.iter().for_each(|file| output::line(file.display()));
     }
     Ok(())
 }

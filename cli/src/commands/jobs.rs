@@ -45,19 +45,19 @@ pub(crate) async fn run(args: &Jobs, json: bool) -> Result<(), CliError> {
 }
 
 fn print_table(jobs: &[JobView]) {
-    println!(
+    output::line(format_args!(
         "{:>6}  {:9}  {:>7}  {:>11}  {:>6}  NAME",
         "ID", "STATE", "DONE", "SIZE", "SPP"
-    );
+    ));
     for job in jobs {
         let size = format!("{}x{}", job.settings.width, job.settings.height);
-        println!(
+        output::line(format_args!(
             "{:>6}  {:9}  {:>5.1} %  {size:>11}  {:>6}  {}",
             job.id.0,
             output::state_text(job.state),
             job.progress * 100.0,
             job.settings.samples,
             job.name
-        );
+        ));
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod worker;
 
 use crate::args::{Cli, Command};
 use crate::exit::CliError;
+use crate::output;
 
 /// Do what the command line says.
 pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
@@ -29,7 +30,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Jobs(args) => jobs::run(args, json).await,
         Command::Water(args) => water::run(args, json),
         Command::Schema => {
-            print!("{}", shearwater_shared::scene::schema_json());
+            output::line(shearwater_shared::scene::schema_json().trim_end());
             Ok(())
         }
     }

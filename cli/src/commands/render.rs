@@ -41,6 +41,9 @@ struct Rendered {
 
 pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
     let started = std::time::Instant::now();
+    // Listened for first: until then a signal would end the program at once
+    // and leave the temporary store behind.
+    let interrupted = signals::asked_to_end();
     let bundle = scene_files::collect(&args.scene)?;
     // Said now rather than after an hour of rendering.
     std::fs::create_dir_all(&args.output).map_err(CliError::io(&args.output))?;
@@ -53,7 +56,7 @@ pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
     let url = format!("http://{}", farm.addr());
     let rendered = tokio::select! {
         rendered = with_worker(args, &bundle, &url, json) => rendered,
-        () = signals::asked_to_end() => Err(CliError::Interrupted),
+        () = interrupted => Err(CliError::Interrupted),
     };
     farm.shutdown().await;
     let rendered = rendered?;
@@ -68,7 +71,9 @@ async fn with_worker(
     json: bool,
 ) -> Result<Rendered, CliError> {
     let (stop, stopped) = oneshot::channel::<()>();
-    let config = args.local.config(url.to_owned(), "local".to_owned());
+    let mut config = args.local.config(url.to_owned(), "local".to_owned());
+    // There is no other worker: waiting would be for nothing.
+    config.leave_when_quarantined = true;
     let worker = shearwater_worker::run(config, async {
         let _ = stopped.await;
     });
@@ -158,5 +163,5 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
     for file in &rendered.files {
         rows.push(("wrote", file.display().to_string()));
     }
-    println!("{}", output::table(&rows));
+    output::line(output::table(&rows));
 }

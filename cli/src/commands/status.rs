@@ -23,7 +23,7 @@ pub(crate) async fn run(args: &Status, json: bool) -> Result<(), CliError> {
     if json {
         output::object(&output::job_value(&job));
     } else {
-        println!("{}", output::job_text(&job));
+        output::line(output::job_text(&job));
     }
     Ok(())
 }

@@ -43,7 +43,7 @@ pub(crate) async fn run(args: &Submit, json: bool) -> Result<(), CliError> {
     if json {
         output::object(&output::job_value(&job));
     } else {
-        println!("job {} ({})", job.id, job.name);
+        output::line(format_args!("job {} ({})", job.id, job.name));
     }
     Ok(())
 }

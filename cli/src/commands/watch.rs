@@ -33,7 +33,7 @@ pub(crate) async fn run(args: &Watch, json: bool) -> Result<(), CliError> {
     if json {
         output::object(&output::job_value(&job));
     } else {
-        println!("{}", output::job_text(&job));
+        output::line(output::job_text(&job));
     }
     Ok(())
 }

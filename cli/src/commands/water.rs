@@ -48,12 +48,12 @@ pub(crate) fn run(args: &Water, json: bool) -> Result<(), CliError> {
         }));
         return Ok(());
     }
-    println!(
+    output::line(format_args!(
         "heights {:.3} m to {:.3} m over {} m ({}x{})",
         pictures.lowest_m, pictures.highest_m, sea.tile_m, sea.grid, sea.grid
-    );
+    ));
     for file in files {
-        println!("{}", file.display());
+        output::line(file.display());
     }
     Ok(())
 }

@@ -38,10 +38,10 @@ pub(crate) async fn run(args: &Work, json: bool) -> Result<(), CliError> {
             "core_s": summary.core_s,
         }));
     } else {
-        println!(
+        output::line(format_args!(
             "{} runs, {} samples, {:.1} core seconds",
             summary.runs, summary.samples, summary.core_s
-        );
+        ));
     }
     Ok(())
 }

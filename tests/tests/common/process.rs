@@ -64,6 +64,11 @@ impl Process {
         self.text("stdout")
     }
 
+    /// What it has logged so far.
+    pub(crate) fn stderr(&self) -> String {
+        self.text("stderr")
+    }
+
     fn text(&self, name: &str) -> String {
         std::fs::read_to_string(self.out.path().join(name)).expect("output")
     }
