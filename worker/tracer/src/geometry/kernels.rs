@@ -36,9 +36,17 @@ impl<B: Backend> BoxRay<B> {
     pub(super) fn new(o: [f32; 3], d: [f32; 3]) -> Self {
         let inverse = d.map(|d| 1.0 / d);
         Self {
-            o: o.map(B::F8::splat),
-            inverse: inverse.map(B::F8::splat),
-            inverse_far: inverse.map(|i| B::F8::splat(i * FAR_SLACK)),
+            o: [B::F8::splat(o[0]), B::F8::splat(o[1]), B::F8::splat(o[2])],
+            inverse: [
+                B::F8::splat(inverse[0]),
+                B::F8::splat(inverse[1]),
+                B::F8::splat(inverse[2]),
+            ],
+            inverse_far: [
+                B::F8::splat(inverse[0] * FAR_SLACK),
+                B::F8::splat(inverse[1] * FAR_SLACK),
+                B::F8::splat(inverse[2] * FAR_SLACK),
+            ],
             near: [sign(d[0]), sign(d[1]), sign(d[2])],
         }
     }

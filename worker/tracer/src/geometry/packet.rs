@@ -273,20 +273,29 @@ fn walk_closest<B: Backend, L: Leaf8<B>>(
                 t_far = farthest(&best.t);
             }
         } else if lanes.count_ones() <= ALONE_MAX {
-            each_lane(lanes, |lane| leaf.closest_alone(nodes, child, lane, best));
+            let mut left = lanes;
+            while left != 0 {
+                leaf.closest_alone(nodes, child, (left.trailing_zeros() & 7) as usize, best);
+                left &= left - 1;
+            }
             t_far = farthest(&best.t);
         } else {
             let node = &nodes[child as usize];
             let (mask, near) = ray.hit_any(node, t_far);
             let lanes_far = B::F8::load(&best.t) * B::F8::splat(CULL_SLACK);
             let mut count = 0;
-            each_lane(mask, |slot| {
+            // A loop, not a closure: intrinsics in a closure that is not inlined
+            // become calls.
+            let mut left = mask;
+            while left != 0 {
+                let slot = (left.trailing_zeros() & 7) as usize;
+                left &= left - 1;
                 let entered = ray.hit_child(node, slot, lanes_far);
                 if entered != 0 {
                     stack.push_sorted(entry8(near[slot], entered, node.child[slot]), count);
                     count += 1;
                 }
-            });
+            }
         }
         current = loop {
             let Some(e) = stack.pop() else { return };
@@ -323,12 +332,15 @@ fn walk_dimming<B: Backend, L: Leaf8<B>>(
             let node = &nodes[child as usize];
             let (mask, _) = ray.hit_any(node, t_far);
             let lanes_far = B::F8::load(&best.t) * B::F8::splat(CULL_SLACK);
-            each_lane(mask, |slot| {
+            let mut left = mask;
+            while left != 0 {
+                let slot = (left.trailing_zeros() & 7) as usize;
+                left &= left - 1;
                 let entered = ray.hit_child(node, slot, lanes_far);
                 if entered != 0 {
                     stack.push(entry8(0.0, entered, node.child[slot]));
                 }
-            });
+            }
         }
         let Some(e) = stack.pop() else { return };
         current = e;

@@ -136,7 +136,9 @@ impl<'a, B: Backend> Triangles8<'a, B> {
 
     #[inline(always)]
     fn hit(&self, block: &Tri4, lane: usize, t_far: &[f32; 8]) -> Option<TriHits<B::F8>> {
-        let corner = |vertex: usize| self.k.map(|k| B::F8::splat(block.corner[k][vertex][lane]));
+        let at = |k: usize, vertex: usize| B::F8::splat(block.corner[k][vertex][lane]);
+        let [kx, ky, kz] = self.k;
+        let corner = |vertex: usize| [at(kx, vertex), at(ky, vertex), at(kz, vertex)];
         let corners = [corner(0), corner(1), corner(2)];
         hit_sheared::<8, B::F8>(
             corners,
