@@ -134,12 +134,25 @@ impl<'a, B: Backend> Triangles8<'a, B> {
         )
     }
 
+    /// One corner of a triangle in every lane, axes in the packet's order. A method
+    /// and not a closure: what is not inlined loses its registers.
+    #[inline(always)]
+    fn corner(&self, block: &Tri4, lane: usize, vertex: usize) -> [B::F8; 3] {
+        let [x, y, z] = self.k;
+        [
+            B::F8::splat(block.corner[x][vertex][lane]),
+            B::F8::splat(block.corner[y][vertex][lane]),
+            B::F8::splat(block.corner[z][vertex][lane]),
+        ]
+    }
+
     #[inline(always)]
     fn hit(&self, block: &Tri4, lane: usize, t_far: &[f32; 8]) -> Option<TriHits<B::F8>> {
-        let at = |k: usize, vertex: usize| B::F8::splat(block.corner[k][vertex][lane]);
-        let [kx, ky, kz] = self.k;
-        let corner = |vertex: usize| [at(kx, vertex), at(ky, vertex), at(kz, vertex)];
-        let corners = [corner(0), corner(1), corner(2)];
+        let corners = [
+            self.corner(block, lane, 0),
+            self.corner(block, lane, 1),
+            self.corner(block, lane, 2),
+        ];
         hit_sheared::<8, B::F8>(
             corners,
             self.o,
