@@ -1,6 +1,7 @@
 //! Lights: the sky and the sun, both infinitely far away.
 
 mod alias;
+mod cells;
 mod sky;
 mod sun;
 

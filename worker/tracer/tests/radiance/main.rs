@@ -1,0 +1,8 @@
+//! Whole scenes whose radiance is known: the tracer from scene.json to sums.
+
+mod common;
+mod exactness;
+mod lights;
+mod particles;
+mod surfaces;
+mod water;
