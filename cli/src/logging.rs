@@ -6,7 +6,7 @@ use tracing_subscriber::EnvFilter;
 /// Start logging. `RUST_LOG` overrides everything.
 pub(crate) fn start(verbose: u8, service: bool) {
     let level = match (verbose, service) {
-        (0, false) => "error",
+        (0, false) => "warn",
         (0, true) | (1, false) => "info",
         (1, true) | (2, false) => "debug",
         _ => "trace",

@@ -178,7 +178,7 @@ impl Scenes {
             "scene built"
         );
         for note in &report.notes {
-            tracing::info!("{note}");
+            tracing::warn!("{note}");
         }
         Ok(Arc::new(scene))
     }
