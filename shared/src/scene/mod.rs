@@ -22,7 +22,7 @@ mod validate;
 mod water;
 
 pub use camera::Camera;
-pub use cloud::Cloud;
+pub use cloud::{Cloud, Formation, ParticleCloud, RadialFormation};
 pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMaterial};
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
@@ -73,7 +73,7 @@ pub struct SceneDescription {
     /// A sea to the horizon.
     #[serde(default)]
     pub water: Option<Water>,
-    /// Clouds of semi-opaque ellipsoids.
+    /// Clouds.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
     /// From radiance to a picture.

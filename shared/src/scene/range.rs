@@ -41,6 +41,8 @@ pub(super) const LENGTH: Range = Range::Closed(0.0, LENGTH_M_MAX);
 pub(super) const SIZE: Range = Range::Closed(1e-10, LENGTH_M_MAX);
 /// Any turn.
 pub(super) const TURN: Range = Range::Closed(-TURN_DEG_MAX, TURN_DEG_MAX);
+/// Any velocity in metres per second: beyond the fastest spacecraft.
+pub(super) const VELOCITY_MPS: Range = Range::Closed(-1e5, 1e5);
 /// Radiance.
 pub(super) const RADIANCE: Range = Range::Closed(0.0, RADIANCE_MAX);
 

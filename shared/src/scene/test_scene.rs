@@ -22,8 +22,8 @@ pub(super) fn full() -> Value {
         "sky": {"type": "map", "file": "sky.exr", "rotation_deg": 10, "intensity": 2},
         "sun": {"azimuth_deg": 10, "elevation_deg": 3, "radiance": [9, 8, 7]},
         "water": {"type": "tessendorf", "tile_m": 50, "wind_speed_mps": 8},
-        "clouds": [{"centre_m": [0, 0, 0], "radii_m": [1, 1, 1], "direction": [0, 0, 1],
-            "length_m": 5, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]}],
+        "clouds": [{"type": "particles", "formation": {"type": "radial", "centre_m": [0, 0, 0],
+            "radii_m": [1, 1, 1], "direction": [0, 0, 1], "length_m": 5}, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]}],
         "post": {"exposure_ev": 1, "bloom": {"strength": 0.2, "radius": 0.05}, "view": "standard"}
     })
 }

@@ -237,11 +237,16 @@ fn values_out_of_range_are_named() {
             "clouds[0].count",
             "1 to 5000000",
         ),
-        ("/clouds/0/radii_m/1", json!(0), "clouds[0].radii_m[1]", "m"),
         (
-            "/clouds/0/direction",
+            "/clouds/0/formation/radii_m/1",
+            json!(0),
+            "clouds[0].formation.radii_m[1]",
+            "m",
+        ),
+        (
+            "/clouds/0/formation/direction",
             json!([0, 0, 0]),
-            "clouds[0].direction",
+            "clouds[0].formation.direction",
             "not zero",
         ),
         (

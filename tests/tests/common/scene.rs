@@ -34,7 +34,8 @@ const SCENE: &str = r#"{
     "velocity_mps": [1, 2]
   },
   "clouds": [{
-    "centre_m": [1, 0, -3], "radii_m": [1, 0.4, 0.6], "direction": [1, 0.2, 0], "length_m": 2,
+    "type": "particles", "formation": {"type": "radial",
+      "centre_m": [1, 0, -3], "radii_m": [1, 0.4, 0.6], "direction": [1, 0.2, 0], "length_m": 2},
     "count": 12, "particle_radius_m": [0.2, 0.5], "opacity": [0.2, 0.7], "seed": 3
   }]
 }

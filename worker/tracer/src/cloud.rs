@@ -3,7 +3,7 @@
 use crate::geometry::Ellipsoid;
 use crate::math::hash::mix64;
 use glam::{DVec3, Vec3};
-use shearwater_shared::scene::Cloud;
+use shearwater_shared::scene::{Formation, ParticleCloud};
 use std::f64::consts::PI;
 
 /// How far the two jittered components of the spreading direction go, as in the
@@ -16,18 +16,19 @@ const PUSH_EXPONENT: f64 = 0.7;
 /// The particles of a cloud, relative to `origin_m`. Uniform in the core
 /// ellipsoid (uniform direction, cube-root radius), then pushed along the jittered
 /// direction; opacity falls with the push. A function of the description alone.
-pub(crate) fn particles(cloud: &Cloud, origin_m: DVec3) -> impl Iterator<Item = Ellipsoid> {
-    let axis = DVec3::from_array(cloud.direction).normalize_or(DVec3::X);
+pub(crate) fn particles(cloud: &ParticleCloud, origin_m: DVec3) -> impl Iterator<Item = Ellipsoid> {
+    let Formation::Radial(radial) = &cloud.formation;
+    let axis = DVec3::from_array(radial.direction).normalize_or(DVec3::X);
     let (side, other) = axis.any_orthonormal_pair();
     (0..cloud.count).map(move |index| {
         let mut draw = Draws::new(cloud.seed, index);
-        let in_core = draw.in_unit_ball() * DVec3::from_array(cloud.radii_m);
+        let in_core = draw.in_unit_ball() * DVec3::from_array(radial.radii_m);
         let jitter =
             (side * (2.0 * draw.next() - 1.0) + other * (2.0 * draw.next() - 1.0)) * JITTER;
         let push = libm::pow(draw.next(), PUSH_EXPONENT);
-        let centre = DVec3::from_array(cloud.centre_m)
+        let centre = DVec3::from_array(radial.centre_m)
             + in_core
-            + (axis + jitter).normalize() * (push * cloud.length_m);
+            + (axis + jitter).normalize() * (push * radial.length_m);
         let between = |bounds: [f64; 2], u: f64| bounds[0] + (bounds[1] - bounds[0]) * u;
         let radius = between(cloud.particle_radius_m, draw.next());
         let stretch = between(cloud.stretch_x, draw.next());
@@ -71,13 +72,20 @@ impl Draws {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shearwater_shared::scene::RadialFormation;
 
-    fn cloud() -> Cloud {
-        Cloud {
+    fn radial(radius_m: f64, length_m: f64) -> Formation {
+        Formation::Radial(RadialFormation {
             centre_m: [5.0, 0.0, -3.0],
-            radii_m: [1.0, 1.0, 1.0],
+            radii_m: [radius_m; 3],
             direction: [0.0, 0.0, 2.0],
-            length_m: 0.0,
+            length_m,
+        })
+    }
+
+    fn cloud() -> ParticleCloud {
+        ParticleCloud {
+            formation: radial(1.0, 0.0),
             count: 20_000,
             particle_radius_m: [0.1, 0.3],
             stretch_x: [1.0, 2.0],
@@ -108,9 +116,8 @@ mod tests {
 
     #[test]
     fn particles_keep_their_bounds_and_thin_out() {
-        let spread = Cloud {
-            length_m: 50.0,
-            radii_m: [0.01; 3],
+        let spread = ParticleCloud {
+            formation: radial(0.01, 50.0),
             ..cloud()
         };
         let all: Vec<_> = particles(&spread, DVec3::ZERO).collect();
@@ -135,7 +142,7 @@ mod tests {
     fn the_same_description_gives_the_same_cloud() {
         let one: Vec<_> = particles(&cloud(), DVec3::ONE).map(|p| p.centre).collect();
         let two: Vec<_> = particles(&cloud(), DVec3::ONE).map(|p| p.centre).collect();
-        let other: Vec<_> = particles(&Cloud { seed: 4, ..cloud() }, DVec3::ONE)
+        let other: Vec<_> = particles(&ParticleCloud { seed: 4, ..cloud() }, DVec3::ONE)
             .map(|p| p.centre)
             .collect();
         assert_eq!(one, two);

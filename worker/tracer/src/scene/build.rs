@@ -103,7 +103,7 @@ impl Scene {
             cloud_albedo: description
                 .clouds
                 .iter()
-                .map(|c| Vec3::from_array(c.albedo))
+                .map(|scene::Cloud::Particles(c)| Vec3::from_array(c.albedo))
                 .collect(),
             particle_cloud,
         };
@@ -273,6 +273,7 @@ fn build_clouds(
         let path = format!("clouds[{number}]");
         let owner = u16::try_from(number)
             .map_err(|_| SceneError::new("scene.json", &*path, "at most 65536 clouds"))?;
+        let scene::Cloud::Particles(cloud) = cloud;
         let seen = cloud::particles(cloud, origin)
             .filter(|p| floor.is_none_or(|y| p.centre.y + p.radii.y > y));
         let before = ellipsoids.len();

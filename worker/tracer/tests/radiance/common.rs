@@ -156,4 +156,4 @@ pub(crate) fn floor(material: &str) -> String {
 }
 
 /// A ball of particles, without count, opacity and albedo.
-pub(crate) const CLOUD: &str = r#""centre_m":[0,0,0],"radii_m":[2,2,2],"direction":[1,0,0],"length_m":1,"particle_radius_m":[0.5,1.5]"#;
+pub(crate) const CLOUD: &str = r#""type":"particles","formation":{"type":"radial","centre_m":[0,0,0],"radii_m":[2,2,2],"direction":[1,0,0],"length_m":1},"particle_radius_m":[0.5,1.5]"#;

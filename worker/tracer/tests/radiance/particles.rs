@@ -29,7 +29,7 @@ fn a_white_cloud_in_a_white_furnace_is_invisible() {
 fn black_layers_transmit_their_power() {
     for (count, opacity) in [(1u32, 0.5f64), (10, 0.1), (500, 0.002), (1000, 0.0005)] {
         let cloud = format!(
-            r#""clouds":[{{"centre_m":[0,0,0],"radii_m":[1e-4,1e-4,1e-4],"direction":[1,0,0],"length_m":0,"count":{count},
+            r#""clouds":[{{"type":"particles","formation":{{"type":"radial","centre_m":[0,0,0],"radii_m":[1e-4,1e-4,1e-4],"direction":[1,0,0],"length_m":0}},"count":{count},
             "particle_radius_m":[1,1],"opacity":[{opacity},{opacity}],"albedo":[0,0,0]}}]"#
         );
         let scene = scene(
@@ -55,7 +55,7 @@ fn black_layers_transmit_their_power() {
 #[test]
 fn shadows_of_layers_transmit_the_same() {
     let sun = r#""sun":{"azimuth_deg":0,"elevation_deg":90,"angular_radius_deg":0.1,"radiance":[1e6,1e6,1e6]}"#;
-    let cloud = r#""clouds":[{"centre_m":[0,50,0],"radii_m":[1e-4,1e-4,1e-4],"direction":[1,0,0],"length_m":0,"count":20,
+    let cloud = r#""clouds":[{"type":"particles","formation":{"type":"radial","centre_m":[0,50,0],"radii_m":[1e-4,1e-4,1e-4],"direction":[1,0,0],"length_m":0},"count":20,
         "particle_radius_m":[5,5],"opacity":[0.03,0.03],"albedo":[0,0,0]}]"#;
     let ground = floor(r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#);
     let eye = [3.0, 10.0, 0.0];
