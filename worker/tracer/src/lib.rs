@@ -17,10 +17,11 @@ mod path;
 mod render;
 pub mod sampler;
 mod scene;
+pub mod uses;
 pub mod water;
 
 pub use render::render_run;
-pub use scene::{Assets, BuildOptions, BuildReport, Scene};
+pub use scene::{Assets, BuildOptions, BuildReport, Scene, Stage};
 
 /// Name of this build's arithmetic: a hash of every source that can change a bit
 /// of a picture. Workers of one farm must agree on it.

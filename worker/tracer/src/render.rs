@@ -22,6 +22,25 @@ pub fn render_run(
     samples: Range<u32>,
     cancel: &AtomicBool,
 ) -> Option<TileSums> {
+    // Chosen once per run: see `uses`.
+    match scene.uses() {
+        0 => render_tile::<0>(scene, rect, samples, cancel),
+        1 => render_tile::<1>(scene, rect, samples, cancel),
+        2 => render_tile::<2>(scene, rect, samples, cancel),
+        3 => render_tile::<3>(scene, rect, samples, cancel),
+        4 => render_tile::<4>(scene, rect, samples, cancel),
+        5 => render_tile::<5>(scene, rect, samples, cancel),
+        6 => render_tile::<6>(scene, rect, samples, cancel),
+        _ => render_tile::<7>(scene, rect, samples, cancel),
+    }
+}
+
+fn render_tile<const USES: u8>(
+    scene: &Scene,
+    rect: &TileRect,
+    samples: Range<u32>,
+    cancel: &AtomicBool,
+) -> Option<TileSums> {
     let mut sums = TileSums::zero(rect.pixels(), &samples);
     for row in 0..rect.height {
         if cancel.load(Ordering::Relaxed) {
@@ -31,18 +50,14 @@ pub fn render_run(
             let pixel = (row * rect.width + column) as usize;
             let at = (rect.x0 + column, rect.y0 + row);
             for half in Half::BOTH {
-                if scene.has_particles() {
-                    render_pixel::<true>(scene, at, half, samples.clone(), pixel, &mut sums);
-                } else {
-                    render_pixel::<false>(scene, at, half, samples.clone(), pixel, &mut sums);
-                }
+                render_pixel::<USES>(scene, at, half, samples.clone(), pixel, &mut sums);
             }
         }
     }
     Some(sums)
 }
 
-fn render_pixel<const PARTICLES: bool>(
+fn render_pixel<const USES: u8>(
     scene: &Scene,
     (x, y): (u32, u32),
     half: Half,
@@ -57,7 +72,7 @@ fn render_pixel<const PARTICLES: bool>(
     while index < samples.end {
         let count = (samples.end - index).min(LANES as u32) as usize;
         let streams: [_; LANES] = std::array::from_fn(|i| sampler.sample(index + i as u32));
-        trace_batch::<PARTICLES>(scene, x, y, &streams[..count], &mut results);
+        trace_batch::<USES>(scene, x, y, &streams[..count], &mut results);
         for (result, index) in results[..count].iter().zip(index..) {
             add_radiance(sums, pixel, half, result, BadPlace { x, y, index });
             if index < with_features {

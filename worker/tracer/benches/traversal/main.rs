@@ -22,6 +22,7 @@ use obvhs::ray::RayHit;
 use obvhs::rt_triangle::RtTriangle;
 use obvhs::triangle::Triangle;
 use shearwater_tracer::geometry::{Geometry, Instance, Ray, TriMesh};
+use shearwater_tracer::uses::NOTHING;
 
 use embree::Embree;
 use rays::{COUNT, Rays};
@@ -41,10 +42,10 @@ impl Tracer {
         match self {
             Self::Single(g) => rays
                 .iter()
-                .filter(|r| g.intersect::<false>(r, 0).is_some())
+                .filter(|r| g.intersect::<NOTHING>(r, 0).is_some())
                 .count(),
             Self::Packets(g) => packets(rays)
-                .map(|p| g.intersect8::<false>(p, &[0; 8]).iter().flatten().count())
+                .map(|p| g.intersect8::<NOTHING>(p, &[0; 8]).iter().flatten().count())
                 .sum(),
             Self::Embree(e) => rays.iter().filter(|r| e.closest(r) < f32::INFINITY).count(),
             Self::Stock(bvh, tris) => rays
@@ -58,11 +59,11 @@ impl Tracer {
         match self {
             Self::Single(g) => rays
                 .iter()
-                .filter(|r| g.transmittance_depth::<false>(r).is_blocked())
+                .filter(|r| g.transmittance_depth::<NOTHING>(r).is_blocked())
                 .count(),
             Self::Packets(g) => packets(rays)
                 .map(|p| {
-                    g.transmittance_depth8::<false>(p)
+                    g.transmittance_depth8::<NOTHING>(p)
                         .iter()
                         .filter(|o| o.is_blocked())
                         .count()
@@ -174,7 +175,7 @@ fn compare(own: &Geometry, embree: &Embree, rays: &Rays) {
         for ray in rays {
             let theirs = embree.closest(ray);
             let ours = own
-                .intersect::<false>(ray, 0)
+                .intersect::<NOTHING>(ray, 0)
                 .map_or(f32::INFINITY, |h| h.t);
             missed += usize::from(ours > theirs && ours == f32::INFINITY);
             extra += usize::from(ours < theirs && theirs == f32::INFINITY);
@@ -186,7 +187,7 @@ fn compare(own: &Geometry, embree: &Embree, rays: &Rays) {
         );
     }
     let differ =
-        |r: &&Ray| embree.is_occluded(r) != own.transmittance_depth::<false>(r).is_blocked();
+        |r: &&Ray| embree.is_occluded(r) != own.transmittance_depth::<NOTHING>(r).is_blocked();
     println!(
         "  shadow: {} differ",
         rays.shadow.iter().filter(differ).count()

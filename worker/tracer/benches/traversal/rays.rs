@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use shearwater_tracer::geometry::{Geometry, Ray};
+use shearwater_tracer::uses::NOTHING;
 
 use super::scenes::Scene;
 
@@ -31,7 +32,7 @@ pub(crate) fn shoot(scene: &Scene, geometry: &Geometry) -> Rays {
         .iter()
         .filter_map(|ray| {
             geometry
-                .intersect::<false>(ray, 0)
+                .intersect::<NOTHING>(ray, 0)
                 .map(|hit| (ray, geometry.surface_point(ray, &hit)))
         })
         .collect();

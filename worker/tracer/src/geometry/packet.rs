@@ -17,6 +17,7 @@ use super::scene::Geometry;
 use super::simd::Stack;
 use super::single::{self, finish};
 use super::wide::{LEAF, Node8};
+use crate::uses::PARTICLES;
 
 /// `FAR_SLACK` and two roundings more, since a lane folds it into its inverse.
 const ANY_SLACK: f32 = FAR_SLACK + 3.0 * f32::EPSILON;
@@ -161,7 +162,7 @@ fn entry8(near: f32, lanes: u32, child: u32) -> u64 {
 
 /// The closest hits of eight rays.
 #[inline(always)]
-pub(super) fn intersect8<B: Backend, const PARTICLES: bool>(
+pub(super) fn intersect8<B: Backend, const USES: u8>(
     scene: &Geometry,
     rays: &[Ray; 8],
     keys: &[u64; 8],
@@ -169,9 +170,7 @@ pub(super) fn intersect8<B: Backend, const PARTICLES: bool>(
     let (o, d) = axes(rays);
     let finite = rays.iter().all(Ray::is_finite);
     let Some(packet) = PacketRay::<B>::new(&o, &d).filter(|_| finite) else {
-        return std::array::from_fn(|i| {
-            single::intersect::<B, PARTICLES>(scene, &rays[i], keys[i])
-        });
+        return std::array::from_fn(|i| single::intersect::<B, USES>(scene, &rays[i], keys[i]));
     };
     let mut best = Best8::new(|lane| rays[lane].t_max);
     for (lane, ray) in rays.iter().enumerate() {
@@ -187,7 +186,9 @@ pub(super) fn intersect8<B: Backend, const PARTICLES: bool>(
     } else {
         walk_closest(scene.top.nodes(), &packet, &instances, &mut best);
     }
-    if PARTICLES && let Some(particles) = &scene.particles {
+    if USES & PARTICLES != 0
+        && let Some(particles) = &scene.particles
+    {
         B::particles_closest8(&packet, &Clouds8::new(particles, &o, &d, keys), &mut best);
     }
     std::array::from_fn(|lane| finish(&best.lane(lane)))
@@ -195,14 +196,14 @@ pub(super) fn intersect8<B: Backend, const PARTICLES: bool>(
 
 /// What stands between the ends of eight rays.
 #[inline(always)]
-pub(super) fn transmittance8<B: Backend, const PARTICLES: bool>(
+pub(super) fn transmittance8<B: Backend, const USES: u8>(
     scene: &Geometry,
     rays: &[Ray; 8],
 ) -> [Occlusion; 8] {
     let (o, d) = axes(rays);
     let finite = rays.iter().all(Ray::is_finite);
     let Some(packet) = PacketRay::<B>::new(&o, &d).filter(|_| finite) else {
-        return std::array::from_fn(|i| single::transmittance::<B, PARTICLES>(scene, &rays[i]));
+        return std::array::from_fn(|i| single::transmittance::<B, USES>(scene, &rays[i]));
     };
     let mut best = Best8::new(|lane| rays[lane].t_max);
     let mut depth = [0; 8];
@@ -225,7 +226,9 @@ pub(super) fn transmittance8<B: Backend, const PARTICLES: bool>(
             &mut depth,
         );
     }
-    if PARTICLES && let Some(particles) = &scene.particles {
+    if USES & PARTICLES != 0
+        && let Some(particles) = &scene.particles
+    {
         let leaf = Clouds8::new(particles, &o, &d, &[0; 8]);
         B::particles_dim8(&packet, &leaf, &mut best, &mut depth);
     }

@@ -12,15 +12,24 @@ pub struct Ray {
     pub d: Vec3,
     /// End of the ray, metres along `d`; may be infinite.
     pub t_max: f32,
+    /// Seconds after the shutter opens: when moving things are looked at.
+    pub time_s: f32,
 }
 
 impl Ray {
-    /// A ray without end.
+    /// A ray without end, when the shutter opens.
     pub fn new(o: Vec3, d: Vec3) -> Self {
+        Self::at_time(o, d, 0.0)
+    }
+
+    /// A ray without end, `time_s` seconds after the shutter opens.
+    #[inline]
+    pub fn at_time(o: Vec3, d: Vec3, time_s: f32) -> Self {
         Self {
             o,
             d,
             t_max: f32::INFINITY,
+            time_s,
         }
     }
 

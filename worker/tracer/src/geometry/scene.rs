@@ -2,6 +2,7 @@
 
 use glam::Vec3A;
 use obvhs::aabb::Aabb;
+use std::sync::Arc;
 
 use super::BuildError;
 use super::collapse::collapse;
@@ -15,13 +16,13 @@ use super::wide::{LEAF, Node8, WideTree};
 
 /// Meshes, where they stand, particles and water.
 pub struct Geometry {
-    pub(super) meshes: Vec<TriMesh>,
+    pub(super) meshes: Arc<[TriMesh]>,
     pub(super) instances: Vec<Instance>,
     /// Leaves are instance numbers.
     pub(super) top: WideTree,
     /// The only instance, if there is but one: it needs no tree above it.
     pub(super) lone: Option<u32>,
-    pub(super) particles: Option<Particles>,
+    pub(super) particles: Option<Arc<Particles>>,
     water_y: Option<f32>,
     pub(super) path: Path,
 }
@@ -34,11 +35,12 @@ impl Geometry {
     /// An instance of an unknown mesh, too many instances, or a water height that
     /// is not finite.
     pub fn build(
-        meshes: Vec<TriMesh>,
+        meshes: impl Into<Arc<[TriMesh]>>,
         instances: Vec<Instance>,
-        particles: Option<Particles>,
+        particles: Option<Arc<Particles>>,
         water_y: Option<f32>,
     ) -> Result<Self, BuildError> {
+        let meshes = meshes.into();
         if water_y.is_some_and(|y| !y.is_finite()) {
             return Err(BuildError::WaterHeight);
         }
@@ -91,7 +93,7 @@ impl Geometry {
 
     /// The particles, as given.
     pub fn particles(&self) -> Option<&Particles> {
-        self.particles.as_ref()
+        self.particles.as_deref()
     }
 
     /// Height of the water plane, metres.
@@ -102,37 +104,34 @@ impl Geometry {
     /// The closest hit at `0 < t < ray.t_max`. A particle's wall stops the ray with
     /// the chance of its opacity, decided by a hash of `key`, particle and wall:
     /// `key` must differ between samples and between the segments of a path. With
-    /// `PARTICLES` false, particles are ignored and cost nothing. A ray that is not
+    /// `USES` without [`PARTICLES`](crate::uses::PARTICLES), particles are ignored and
+    /// cost nothing. A ray that is not
     /// finite hits nothing.
     #[inline]
-    pub fn intersect<const PARTICLES: bool>(&self, ray: &Ray, key: u64) -> Option<Hit> {
-        simd::intersect::<PARTICLES>(self, ray, key)
+    pub fn intersect<const USES: u8>(&self, ray: &Ray, key: u64) -> Option<Hit> {
+        simd::intersect::<USES>(self, ray, key)
     }
 
     /// How much stands at `0 < t < ray.t_max`: triangles and water block, each
-    /// crossing of a particle's wall adds its optical depth. With `PARTICLES` false,
-    /// particles are ignored. A ray that is not finite is clear.
+    /// crossing of a particle's wall adds its optical depth. Without
+    /// [`PARTICLES`](crate::uses::PARTICLES) in `USES` they are ignored. A ray that is not finite is clear.
     #[inline]
-    pub fn transmittance_depth<const PARTICLES: bool>(&self, ray: &Ray) -> Occlusion {
-        simd::transmittance::<PARTICLES>(self, ray)
+    pub fn transmittance_depth<const USES: u8>(&self, ray: &Ray) -> Occlusion {
+        simd::transmittance::<USES>(self, ray)
     }
 
     /// Eight times `intersect`, bit for bit; faster if the rays go much the same way
     /// (neighbouring camera rays), little slower if not.
     #[inline]
-    pub fn intersect8<const PARTICLES: bool>(
-        &self,
-        rays: &[Ray; 8],
-        keys: &[u64; 8],
-    ) -> [Option<Hit>; 8] {
-        simd::intersect8::<PARTICLES>(self, rays, keys)
+    pub fn intersect8<const USES: u8>(&self, rays: &[Ray; 8], keys: &[u64; 8]) -> [Option<Hit>; 8] {
+        simd::intersect8::<USES>(self, rays, keys)
     }
 
     /// Eight times `transmittance_depth`, bit for bit; faster if the rays go much the
     /// same way (neighbouring rays to the sun).
     #[inline]
-    pub fn transmittance_depth8<const PARTICLES: bool>(&self, rays: &[Ray; 8]) -> [Occlusion; 8] {
-        simd::transmittance8::<PARTICLES>(self, rays)
+    pub fn transmittance_depth8<const USES: u8>(&self, rays: &[Ray; 8]) -> [Occlusion; 8] {
+        simd::transmittance8::<USES>(self, rays)
     }
 
     /// Distance to the water plane, if the ray goes there.

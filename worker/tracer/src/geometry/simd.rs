@@ -124,7 +124,7 @@ macro_rules! entry_points {
     ($($name:ident, $wide:ident, <$(const $flag:ident),*>, ($($arg:ident: $type:ty),*) -> $ret:ty, $body:path;)*) => {$(
         /// Runs the query on the path of `geometry`.
         #[inline]
-        pub(super) fn $name<$(const $flag: bool),*>(geometry: &Geometry, $($arg: $type),*) -> $ret {
+        pub(super) fn $name<$(const $flag: u8),*>(geometry: &Geometry, $($arg: $type),*) -> $ret {
             use $body as body;
             match geometry.path {
                 // SAFETY: the proof says that the features were detected.
@@ -136,7 +136,7 @@ macro_rules! entry_points {
 
         #[cfg(target_arch = "x86_64")]
         #[target_feature(enable = "avx2,bmi1,bmi2,lzcnt,popcnt")]
-        fn $wide<$(const $flag: bool),*>(geometry: &Geometry, $($arg: $type),*) -> $ret {
+        fn $wide<$(const $flag: u8),*>(geometry: &Geometry, $($arg: $type),*) -> $ret {
             use $body as body;
             body::<Avx2, $($flag),*>(geometry, $($arg),*)
         }
@@ -144,11 +144,11 @@ macro_rules! entry_points {
 }
 
 entry_points! {
-    intersect, intersect_avx2, <const PARTICLES>, (ray: &Ray, key: u64) -> Option<Hit>, single::intersect;
-    transmittance, transmittance_avx2, <const PARTICLES>, (ray: &Ray) -> Occlusion, single::transmittance;
-    intersect8, intersect8_avx2, <const PARTICLES>, (rays: &[Ray; 8], keys: &[u64; 8]) -> [Option<Hit>; 8],
+    intersect, intersect_avx2, <const USES>, (ray: &Ray, key: u64) -> Option<Hit>, single::intersect;
+    transmittance, transmittance_avx2, <const USES>, (ray: &Ray) -> Occlusion, single::transmittance;
+    intersect8, intersect8_avx2, <const USES>, (rays: &[Ray; 8], keys: &[u64; 8]) -> [Option<Hit>; 8],
         packet::intersect8;
-    transmittance8, transmittance8_avx2, <const PARTICLES>, (rays: &[Ray; 8]) -> [Occlusion; 8],
+    transmittance8, transmittance8_avx2, <const USES>, (rays: &[Ray; 8]) -> [Occlusion; 8],
         packet::transmittance8;
 }
 

@@ -10,6 +10,7 @@ use super::ray::{BLOCKING_DEPTH, Hit, HitKind, Occlusion, Ray};
 use super::scene::Geometry;
 use super::simd::Stack;
 use super::wide::{LEAF, Node8};
+use crate::uses::PARTICLES;
 
 /// What a walk does at a leaf.
 pub(super) trait Leaf<B: Backend> {
@@ -22,7 +23,7 @@ pub(super) trait Leaf<B: Backend> {
 
 /// The closest hit of one ray.
 #[inline(always)]
-pub(super) fn intersect<B: Backend, const PARTICLES: bool>(
+pub(super) fn intersect<B: Backend, const USES: u8>(
     scene: &Geometry,
     ray: &Ray,
     key: u64,
@@ -49,7 +50,9 @@ pub(super) fn intersect<B: Backend, const PARTICLES: bool>(
             &mut best,
         );
     }
-    if PARTICLES && let Some(particles) = &scene.particles {
+    if USES & PARTICLES != 0
+        && let Some(particles) = &scene.particles
+    {
         B::particles_closest(particles, o, d, key, &mut best);
     }
     finish(&best)
@@ -57,10 +60,7 @@ pub(super) fn intersect<B: Backend, const PARTICLES: bool>(
 
 /// What stands between the ends of one ray.
 #[inline(always)]
-pub(super) fn transmittance<B: Backend, const PARTICLES: bool>(
-    scene: &Geometry,
-    ray: &Ray,
-) -> Occlusion {
+pub(super) fn transmittance<B: Backend, const USES: u8>(scene: &Geometry, ray: &Ray) -> Occlusion {
     if !ray.is_finite() {
         return Occlusion::CLEAR;
     }
@@ -84,7 +84,7 @@ pub(super) fn transmittance<B: Backend, const PARTICLES: bool>(
             &mut depth,
         );
     }
-    if PARTICLES
+    if USES & PARTICLES != 0
         && depth <= BLOCKING_DEPTH
         && let Some(particles) = &scene.particles
     {

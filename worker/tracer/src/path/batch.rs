@@ -38,7 +38,6 @@ struct Path {
     ray: Ray,
     stream: SampleStream,
     throughput: Vec3,
-    time_s: f32,
     choice: Choice,
     /// Width of the ray's cone at its origin in metres, and its angle.
     cone_m: f32,
@@ -46,9 +45,9 @@ struct Path {
     alive: bool,
 }
 
-/// Trace the samples `indices` (at most [`LANES`]) of pixel (x, y). `PARTICLES`
-/// says whether the scene has semi-opaque particles.
-pub(crate) fn trace_batch<const PARTICLES: bool>(
+/// Trace the samples `indices` (at most [`LANES`]) of pixel (x, y). `USES`
+/// says what the scene uses.
+pub(crate) fn trace_batch<const USES: u8>(
     scene: &Scene,
     x: u32,
     y: u32,
@@ -65,17 +64,17 @@ pub(crate) fn trace_batch<const PARTICLES: bool>(
     for path in &mut paths[streams.len().min(LANES)..] {
         path.alive = false;
     }
-    let hits = camera_hits::<PARTICLES>(scene, &paths);
+    let hits = camera_hits::<USES>(scene, &paths);
     let mut sun_rays: [Option<ShadowRay>; LANES] = [None; LANES];
     for lane in 0..LANES {
         if paths[lane].alive {
             sun_rays[lane] =
-                first_vertex::<PARTICLES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
+                first_vertex::<USES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
         }
     }
-    sun_packet::<PARTICLES>(scene, &sun_rays, results);
+    sun_packet::<USES>(scene, &sun_rays, results);
     for (path, result) in paths.iter_mut().zip(results) {
-        finish::<PARTICLES>(scene, path, result);
+        finish::<USES>(scene, path, result);
     }
 }
 
@@ -87,14 +86,14 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
     } else {
         [0.0; 4]
     };
+    let time_s = scene.camera.time_s(time);
     let (o, d) = scene
         .camera
         .ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
     Path {
-        ray: Ray::new(o, d),
+        ray: Ray::at_time(o, d, time_s),
         stream,
         throughput: Vec3::ONE,
-        time_s: scene.camera.time_s(time),
         choice: Choice::ALONE,
         cone_m: 0.0,
         cone_rad: scene.camera.pixel_angle_rad,
@@ -103,19 +102,16 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
 }
 
 #[inline]
-fn camera_hits<const PARTICLES: bool>(
-    scene: &Scene,
-    paths: &[Path; LANES],
-) -> [Option<Hit>; LANES] {
+fn camera_hits<const USES: u8>(scene: &Scene, paths: &[Path; LANES]) -> [Option<Hit>; LANES] {
     let rays = std::array::from_fn(|lane| paths[lane].ray);
     let keys = std::array::from_fn(|lane| paths[lane].stream.segment_key(0));
-    scene.geometry.intersect8::<PARTICLES>(&rays, &keys)
+    scene.geometry.intersect8::<USES>(&rays, &keys)
 }
 
 // The first vertex: features, the sky's shadow ray at once, the sun's for the
 // packet.
 #[inline]
-fn first_vertex<const PARTICLES: bool>(
+fn first_vertex<const USES: u8>(
     scene: &Scene,
     path: &mut Path,
     hit: Option<Hit>,
@@ -132,13 +128,13 @@ fn first_vertex<const PARTICLES: bool>(
         albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0,
     ];
     let (sun, sky) = light_rays(scene, path, &at, 0);
-    add_if_seen::<PARTICLES>(scene, sky, result);
+    add_if_seen::<USES>(scene, sky, result);
     scatter(scene, path, &at, 0);
     sun
 }
 
 #[inline]
-fn sun_packet<const PARTICLES: bool>(
+fn sun_packet<const USES: u8>(
     scene: &Scene,
     sun_rays: &[Option<ShadowRay>; LANES],
     results: &mut [PathResult; LANES],
@@ -149,7 +145,7 @@ fn sun_packet<const PARTICLES: bool>(
     };
     if sun_rays.iter().flatten().count() == 1 {
         for (ray, result) in sun_rays.iter().zip(results) {
-            add_if_seen::<PARTICLES>(scene, *ray, result);
+            add_if_seen::<USES>(scene, *ray, result);
         }
         return;
     }
@@ -158,7 +154,7 @@ fn sun_packet<const PARTICLES: bool>(
             .as_ref()
             .map_or(some.ray, |shadow| shadow.ray)
     });
-    let seen = scene.geometry.transmittance_depth8::<PARTICLES>(&rays);
+    let seen = scene.geometry.transmittance_depth8::<USES>(&rays);
     for lane in 0..LANES {
         if let Some(shadow) = &sun_rays[lane] {
             results[lane].radiance += shadow.contribution * transmittance(seen[lane]);
@@ -167,11 +163,11 @@ fn sun_packet<const PARTICLES: bool>(
 }
 
 // Everything after the first vertex of one path.
-fn finish<const PARTICLES: bool>(scene: &Scene, path: &mut Path, result: &mut PathResult) {
+fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResult) {
     let mut depth = 1;
     while path.alive {
         let key = path.stream.segment_key(depth);
-        let Some(hit) = scene.geometry.intersect::<PARTICLES>(&path.ray, key) else {
+        let Some(hit) = scene.geometry.intersect::<USES>(&path.ray, key) else {
             result.radiance += path.throughput * escaped_radiance(scene, path.ray.d, path.choice);
             return;
         };
@@ -181,8 +177,8 @@ fn finish<const PARTICLES: bool>(scene: &Scene, path: &mut Path, result: &mut Pa
         }
         let at = interact(scene, path, &hit);
         let (sun, sky) = light_rays(scene, path, &at, depth);
-        add_if_seen::<PARTICLES>(scene, sun, result);
-        add_if_seen::<PARTICLES>(scene, sky, result);
+        add_if_seen::<USES>(scene, sun, result);
+        add_if_seen::<USES>(scene, sky, result);
         scatter(scene, path, &at, depth);
         depth += 1;
     }
@@ -191,7 +187,7 @@ fn finish<const PARTICLES: bool>(scene: &Scene, path: &mut Path, result: &mut Pa
 #[inline]
 fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Interaction {
     path.cone_m += path.cone_rad * hit.t;
-    interaction(scene, &path.ray, hit, path.time_s, path.cone_m)
+    interaction(scene, &path.ray, hit, path.cone_m)
 }
 
 #[inline]
@@ -203,8 +199,8 @@ fn light_rays(
 ) -> (Option<ShadowRay>, Option<ShadowRay>) {
     // A perfect mirror has no density that light sampling could hit.
     let sampled = !at.bsdf.is_delta();
-    path.choice.sun_sampled = sampled && scene.sun.is_some();
-    path.choice.sky_sampled = sampled && scene.sample_sky && at.bsdf.light_sampling_pays();
+    path.choice.sun_sampled = sampled && scene.common.sun.is_some();
+    path.choice.sky_sampled = sampled && scene.common.sample_sky && at.bsdf.light_sampling_pays();
     if !sampled {
         return (None, None);
     }
@@ -213,13 +209,13 @@ fn light_rays(
     }
     let u = path.stream.lights(depth);
     let sun = if path.choice.sun_sampled {
-        sample_sun(scene, at, path.throughput, [u[0], u[1]])
+        sample_sun(scene, at, path.ray.time_s, path.throughput, [u[0], u[1]])
     } else {
         None
     };
     let sun = sun.and_then(|shadow| worth_tracing(scene, shadow, path, depth));
     let sky = if path.choice.sky_sampled {
-        sample_sky(scene, at, path.throughput, [u[2], u[3]])
+        sample_sky(scene, at, path.ray.time_s, path.throughput, [u[2], u[3]])
     } else {
         None
     };
@@ -237,10 +233,10 @@ fn worth_tracing(
     depth: u32,
 ) -> Option<ShadowRay> {
     let strongest = shadow.contribution.max_element();
-    if strongest >= scene.faint {
+    if strongest >= scene.common.faint {
         return Some(shadow);
     }
-    let chance = strongest / scene.faint;
+    let chance = strongest / scene.common.faint;
     if path.stream.roulette(depth) >= chance {
         return None;
     }
@@ -249,13 +245,9 @@ fn worth_tracing(
 }
 
 #[inline]
-fn add_if_seen<const PARTICLES: bool>(
-    scene: &Scene,
-    shadow: Option<ShadowRay>,
-    result: &mut PathResult,
-) {
+fn add_if_seen<const USES: u8>(scene: &Scene, shadow: Option<ShadowRay>, result: &mut PathResult) {
     if let Some(shadow) = shadow {
-        let occlusion = scene.geometry.transmittance_depth::<PARTICLES>(&shadow.ray);
+        let occlusion = scene.geometry.transmittance_depth::<USES>(&shadow.ray);
         result.radiance += shadow.contribution * transmittance(occlusion);
     }
 }
@@ -278,7 +270,7 @@ fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
     path.alive = false;
     let Some(sample) = at
         .bsdf
-        .sample(&scene.tables, at.wo_local, [u[0], u[1], u[2]])
+        .sample(&scene.common.tables, at.wo_local, [u[0], u[1], u[2]])
     else {
         return;
     };
@@ -310,6 +302,6 @@ fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
             .max((0.25 / sample.pdf.max(1e-6)).sqrt())
             .min(CONE_ANGLE_MAX);
     }
-    path.ray = Ray::new(at.point.origin_towards(wi), wi.normalize());
+    path.ray = Ray::at_time(at.point.origin_towards(wi), wi.normalize(), path.ray.time_s);
     path.alive = true;
 }

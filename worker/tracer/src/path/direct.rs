@@ -20,13 +20,15 @@ pub(super) struct ShadowRay {
 pub(super) fn sample_sun(
     scene: &Scene,
     at: &Interaction,
+    time_s: f32,
     throughput: Vec3,
     u: [f32; 2],
 ) -> Option<ShadowRay> {
-    let sun = scene.sun.as_ref()?;
+    let sun = scene.common.sun.as_ref()?;
     shadow_ray(
         scene,
         at,
+        time_s,
         throughput,
         sun.sample(u),
         sun.radiance,
@@ -39,13 +41,15 @@ pub(super) fn sample_sun(
 pub(super) fn sample_sky(
     scene: &Scene,
     at: &Interaction,
+    time_s: f32,
     throughput: Vec3,
     u: [f32; 2],
 ) -> Option<ShadowRay> {
-    let sample = scene.sky.as_ref()?.sample(u)?;
+    let sample = scene.common.sky.as_ref()?.sample(u)?;
     shadow_ray(
         scene,
         at,
+        time_s,
         throughput,
         sample.wi,
         sample.radiance,
@@ -57,6 +61,7 @@ pub(super) fn sample_sky(
 fn shadow_ray(
     scene: &Scene,
     at: &Interaction,
+    time_s: f32,
     throughput: Vec3,
     wi: Vec3,
     radiance: Vec3,
@@ -67,14 +72,14 @@ fn shadow_ray(
     if wi.dot(at.n_geometric) <= 0.0 {
         return None;
     }
-    let (f_cos, pdf_bsdf) = at
-        .bsdf
-        .eval_pdf(&scene.tables, at.wo_local, at.frame.to_local(wi));
+    let (f_cos, pdf_bsdf) =
+        at.bsdf
+            .eval_pdf(&scene.common.tables, at.wo_local, at.frame.to_local(wi));
     let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_bsdf) / pdf);
     // NaN passes, to be counted as a bad sample.
     if contribution != Vec3::ZERO {
         Some(ShadowRay {
-            ray: Ray::new(at.point.origin_towards(wi), wi),
+            ray: Ray::at_time(at.point.origin_towards(wi), wi, time_s),
             contribution,
         })
     } else {

@@ -39,7 +39,7 @@ pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
 #[inline]
 pub(super) fn escaped_radiance(scene: &Scene, d: Vec3, choice: Choice) -> Vec3 {
     let mut radiance = Vec3::ZERO;
-    if let Some(sky) = &scene.sky {
+    if let Some(sky) = &scene.common.sky {
         if choice.sky_sampled {
             let (light, pdf) = sky.radiance_and_pdf(d);
             radiance += light * power_heuristic(choice.pdf, pdf);
@@ -47,7 +47,7 @@ pub(super) fn escaped_radiance(scene: &Scene, d: Vec3, choice: Choice) -> Vec3 {
             radiance += sky.radiance(d);
         }
     }
-    if let Some(sun) = &scene.sun
+    if let Some(sun) = &scene.common.sun
         && sun.contains(d)
     {
         let weight = if choice.sun_sampled {

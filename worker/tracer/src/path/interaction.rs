@@ -24,13 +24,7 @@ pub(super) struct Interaction {
 
 /// What lies at a hit, for a ray that is `footprint_m` wide there.
 #[inline]
-pub(super) fn interaction(
-    scene: &Scene,
-    ray: &Ray,
-    hit: &Hit,
-    time_s: f32,
-    footprint_m: f32,
-) -> Interaction {
+pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32) -> Interaction {
     let point = scene.geometry.surface_point(ray, hit);
     let wo = -ray.d;
     let (n_shading, bsdf) = match hit.kind {
@@ -41,7 +35,7 @@ pub(super) fn interaction(
             v,
         } => scene.surface(instance, prim, u, v, point.n_geometric),
         HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
-        HitKind::Water => scene.water_surface(point.p, time_s, footprint_m),
+        HitKind::Water => scene.water_surface(point.p, ray.time_s, footprint_m),
     };
     let (n_shading, n_geometric) = face_viewer(n_shading, point.n_geometric, wo);
     let bent = if n_shading == n_geometric {

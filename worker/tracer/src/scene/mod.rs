@@ -1,27 +1,41 @@
 //! A built scene: everything that a sample reads.
 
-mod build;
+mod clouds;
+mod frame;
 mod material;
+mod meshes;
+mod sky;
+mod stage;
 mod transform;
 
-pub use build::{Assets, BuildOptions, BuildReport};
+pub use stage::{Assets, BuildOptions, BuildReport, Stage};
 
 use crate::bsdf::{Bsdf, Tables, Water};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
+use crate::uses;
 use crate::water::Sea;
 use glam::{Vec2, Vec3};
 use material::SurfaceMaterial;
 use std::sync::Arc;
 
-/// A scene, built and ready to render. Render space has the camera at its origin
-/// (so that 32-bit floats are finest where the picture is) and the axes of the
-/// scene.
+/// One frame of a scene, built and ready to render. Render space has the axes of
+/// the scene and its origin at the stage's anchor, near the camera, so that 32-bit
+/// floats are finest where the picture is.
 pub struct Scene {
+    pub(crate) common: Arc<Common>,
     pub(crate) geometry: Geometry,
     pub(crate) camera: Camera,
+    pub(crate) seed: u64,
+    pub(crate) frame: u32,
+    instances: Vec<InstanceShading>,
+    sea: Option<Sea>,
+}
+
+/// What a sample reads of that which all frames of a scene share.
+pub(crate) struct Common {
     pub(crate) sky: Option<SkyLight>,
     pub(crate) sun: Option<SunLight>,
     /// The sky is so uneven that sampling it pays.
@@ -29,13 +43,9 @@ pub struct Scene {
     /// Light samples that would add less than this are traced at random.
     pub(crate) faint: f32,
     pub(crate) tables: Tables,
-    pub(crate) seed: u64,
-    pub(crate) frame: u32,
     shading: Vec<MeshShading>,
-    instances: Vec<InstanceShading>,
     materials: Vec<SurfaceMaterial>,
     textures: Vec<Texture>,
-    sea: Option<Sea>,
     /// The sea's surface without roughness.
     water: Option<Water>,
     /// Albedo of each cloud's particles, and the cloud of each particle.
@@ -54,6 +64,7 @@ struct MeshShading {
     material_of: Vec<u16>,
 }
 
+#[derive(Clone)]
 struct InstanceShading {
     mesh: u32,
     /// Number of the material for each material of the mesh.
@@ -65,10 +76,14 @@ struct InstanceShading {
 }
 
 impl Scene {
-    /// Whether rays can meet semi-opaque particles.
+    /// What the scene uses, as the bits of [`uses`].
     #[must_use]
-    pub fn has_particles(&self) -> bool {
-        !self.particle_cloud.is_empty()
+    pub fn uses(&self) -> u8 {
+        let mut bits = uses::NOTHING;
+        if !self.common.particle_cloud.is_empty() {
+            bits |= uses::PARTICLES;
+        }
+        bits
     }
 
     /// Shading normal (either side) and scattering at a point of a triangle.
@@ -82,7 +97,7 @@ impl Scene {
         n_geometric: Vec3,
     ) -> (Vec3, Bsdf) {
         let placed = &self.instances[instance as usize];
-        let mesh = &self.shading[placed.mesh as usize];
+        let mesh = &self.common.shading[placed.mesh as usize];
         let corners = mesh.triangles[prim as usize].map(|i| i as usize);
         let w = 1.0 - u - v;
         let normal = if mesh.normals.is_empty() {
@@ -99,23 +114,24 @@ impl Scene {
             Some(number) => number,
             None => placed.materials[mesh.material_of[prim as usize] as usize],
         };
-        let material = &self.materials[number as usize];
+        let material = &self.common.materials[number as usize];
         let tint = match material.texture {
             Some(texture) if !mesh.uvs.is_empty() => {
                 let uv =
                     mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
-                Vec3::from_array(self.textures[texture as usize].rgb(uv.x, uv.y))
+                Vec3::from_array(self.common.textures[texture as usize].rgb(uv.x, uv.y))
             }
             _ => Vec3::ONE,
         };
-        (normal, material.bsdf(&self.tables, tint))
+        (normal, material.bsdf(&self.common.tables, tint))
     }
 
     /// Scattering of a particle.
     #[inline]
     pub(crate) fn particle_bsdf(&self, prim: u32) -> Bsdf {
         Bsdf::Lambert {
-            albedo: self.cloud_albedo[usize::from(self.particle_cloud[prim as usize])],
+            albedo: self.common.cloud_albedo
+                [usize::from(self.common.particle_cloud[prim as usize])],
         }
     }
 
@@ -123,13 +139,13 @@ impl Scene {
     /// `footprint_m` wide there.
     #[inline]
     pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
-        match (&self.sea, &self.water) {
+        match (&self.sea, &self.common.water) {
             (Some(sea), Some(water)) => {
                 let point = sea.at(p.x, p.z, time_s, footprint_m);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
                 (
                     normal,
-                    Bsdf::Water(water.with_alpha(&self.tables, point.alpha)),
+                    Bsdf::Water(water.with_alpha(&self.common.tables, point.alpha)),
                 )
             }
             _ => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),

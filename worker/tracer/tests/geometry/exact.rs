@@ -4,6 +4,7 @@ use glam::{Affine3A, DVec3, Vec3};
 use shearwater_tracer::geometry::{
     Ellipsoid, Geometry, Hit, HitKind, Instance, Particles, Ray, TriMesh,
 };
+use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
 use super::shapes::{Mesh, Random, alone, ball, skew, soup};
 
@@ -44,7 +45,7 @@ fn closest_hit_is_that_of_brute_force() {
             .filter(|h| h.2 > 1e-4)
             .map(|h| h.1)
             .fold(f64::INFINITY, f64::min);
-        match scene.intersect::<false>(&ray, 0) {
+        match scene.intersect::<NOTHING>(&ray, 0) {
             None => assert_eq!(best, f64::INFINITY, "{ray:?}"),
             Some(Hit {
                 t,
@@ -62,8 +63,8 @@ fn closest_hit_is_that_of_brute_force() {
             Some(other) => panic!("{other:?}"),
         }
         assert_eq!(
-            scene.transmittance_depth::<false>(&ray).is_blocked(),
-            scene.intersect::<false>(&ray, 0).is_some()
+            scene.transmittance_depth::<NOTHING>(&ray).is_blocked(),
+            scene.intersect::<NOTHING>(&ray, 0).is_some()
         );
     }
     assert!(hits > 700, "{hits}");
@@ -72,7 +73,7 @@ fn closest_hit_is_that_of_brute_force() {
 /// Many instances, particles and water: everything at once.
 pub(crate) fn crowd() -> Geometry {
     let meshes = [soup(600, 5), ball(8, Vec3::ZERO, 0.5)];
-    let built = meshes
+    let built: Vec<_> = meshes
         .iter()
         .map(|m| TriMesh::build(&m.0, &m.1).unwrap())
         .collect();
@@ -90,7 +91,7 @@ pub(crate) fn crowd() -> Geometry {
     Geometry::build(
         built,
         instances,
-        Some(Particles::build(&ellipsoids).unwrap()),
+        Some(Particles::build(&ellipsoids).unwrap().into()),
         Some(-2.0),
     )
     .unwrap()
@@ -115,6 +116,7 @@ pub(crate) fn crowd_rays(count: usize, seed: u64) -> Vec<Ray> {
                 o: r.cube() * 4.0,
                 d,
                 t_max,
+                time_s: 0.0,
             }
         })
         .collect()
@@ -126,15 +128,15 @@ fn portable_and_avx2_give_the_same_bits() {
     let mut kinds = [0; 4];
     for (key, ray) in crowd_rays(60_000, 2).iter().enumerate() {
         let key = (key as u64).wrapping_mul(0x1234_5678_9abc_def1);
-        let hit = wide.intersect::<true>(ray, key);
+        let hit = wide.intersect::<PARTICLES>(ray, key);
         assert_eq!(
             format!("{hit:?}"),
-            format!("{:?}", portable.intersect::<true>(ray, key))
+            format!("{:?}", portable.intersect::<PARTICLES>(ray, key))
         );
-        assert_eq!(hit, portable.intersect::<true>(ray, key));
+        assert_eq!(hit, portable.intersect::<PARTICLES>(ray, key));
         assert_eq!(
-            wide.transmittance_depth::<true>(ray),
-            portable.transmittance_depth::<true>(ray)
+            wide.transmittance_depth::<PARTICLES>(ray),
+            portable.transmittance_depth::<PARTICLES>(ray)
         );
         kinds[match hit.map(|h| h.kind) {
             None => 0,
@@ -161,6 +163,7 @@ fn bundle(r: &mut Random, spread: f32) -> [Ray; 8] {
             o: o + side,
             d: (d + r.cube() * spread).normalize(),
             t_max,
+            time_s: 0.0,
         }
     })
 }
@@ -175,17 +178,17 @@ fn packets_give_the_bits_of_single_rays() {
                 rays[r.below(8)].o.x = f32::NAN;
             }
             let keys = std::array::from_fn(|_| r.next());
-            let hits = scene.intersect8::<true>(&rays, &keys);
-            let depths = scene.transmittance_depth8::<true>(&rays);
+            let hits = scene.intersect8::<PARTICLES>(&rays, &keys);
+            let depths = scene.transmittance_depth8::<PARTICLES>(&rays);
             for lane in 0..8 {
                 assert_eq!(
                     hits[lane],
-                    scene.intersect::<true>(&rays[lane], keys[lane]),
+                    scene.intersect::<PARTICLES>(&rays[lane], keys[lane]),
                     "{i} {lane}"
                 );
                 assert_eq!(
                     depths[lane],
-                    scene.transmittance_depth::<true>(&rays[lane]),
+                    scene.transmittance_depth::<PARTICLES>(&rays[lane]),
                     "{i} {lane}"
                 );
             }
@@ -213,8 +216,8 @@ fn instances_stand_where_their_transform_says() {
             let p = m.transform_point3(r.cube());
             let ray = Ray::new(o, (p - o).normalize());
             let (a, b) = (
-                baked.intersect::<false>(&ray, 0),
-                placed.intersect::<false>(&ray, 0),
+                baked.intersect::<NOTHING>(&ray, 0),
+                placed.intersect::<NOTHING>(&ray, 0),
             );
             match (a, b) {
                 (None, None) => {}
@@ -259,7 +262,7 @@ fn equal_distances_go_to_the_lower_rank() {
                 instance: 0, prim, ..
             },
             t,
-        }) = scene.intersect::<false>(&ray, 0)
+        }) = scene.intersect::<NOTHING>(&ray, 0)
         else {
             panic!("{at}");
         };
@@ -271,19 +274,19 @@ fn equal_distances_go_to_the_lower_rank() {
 fn water_lies_at_its_height() {
     let scene = Geometry::build(vec![], vec![], None, Some(3.0)).unwrap();
     let down = Ray::new(Vec3::new(0.0, 10.0, 0.0), Vec3::new(0.6, -0.8, 0.0));
-    let hit = scene.intersect::<false>(&down, 0).unwrap();
+    let hit = scene.intersect::<NOTHING>(&down, 0).unwrap();
     assert_eq!(hit.kind, HitKind::Water);
     assert!((hit.t - 8.75).abs() < 1e-6);
     let point = scene.surface_point(&down, &hit);
     assert_eq!((point.p.y, point.n_geometric), (3.0, Vec3::Y));
-    assert!(scene.transmittance_depth::<false>(&down).is_blocked());
+    assert!(scene.transmittance_depth::<NOTHING>(&down).is_blocked());
     let short = Ray { t_max: 8.7, ..down };
-    assert!(scene.intersect::<false>(&short, 0).is_none());
-    assert!(!scene.transmittance_depth::<false>(&short).is_blocked());
+    assert!(scene.intersect::<NOTHING>(&short, 0).is_none());
+    assert!(!scene.transmittance_depth::<NOTHING>(&short).is_blocked());
     let up = Ray::new(down.o, Vec3::Y);
-    assert!(scene.intersect::<false>(&up, 0).is_none());
+    assert!(scene.intersect::<NOTHING>(&up, 0).is_none());
     let level = Ray::new(Vec3::new(0.0, 3.0, 0.0), Vec3::X);
-    assert!(scene.intersect::<false>(&level, 0).is_none());
+    assert!(scene.intersect::<NOTHING>(&level, 0).is_none());
     // From the surface itself, upwards and downwards.
     for w in [
         Vec3::new(0.99, 0.01, 0.0).normalize(),
@@ -291,6 +294,6 @@ fn water_lies_at_its_height() {
     ] {
         let o = point.origin_towards(w);
         assert!(o.y != 3.0 && (o.y > 3.0) == (w.y > 0.0));
-        assert!(scene.intersect::<false>(&Ray::new(o, w), 0).is_none());
+        assert!(scene.intersect::<NOTHING>(&Ray::new(o, w), 0).is_none());
     }
 }

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use shearwater_tracer::geometry::{Ellipsoid, Geometry, Instance, Particles, Ray, TriMesh};
+use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
 use super::shapes::{Mesh, Random, alone, skew};
 
@@ -14,7 +15,7 @@ fn self_hits(scene: &Geometry, centre: Vec3, size: f32, count: usize) -> (usize,
         let from = centre + r.direction() * size * 4.0;
         let to = centre + r.cube() * size * 0.9;
         let ray = Ray::new(from, (to - from).normalize());
-        let Some(hit) = scene.intersect::<true>(&ray, r.next()) else {
+        let Some(hit) = scene.intersect::<PARTICLES>(&ray, r.next()) else {
             continue;
         };
         let point = scene.surface_point(&ray, &hit);
@@ -36,7 +37,7 @@ fn self_hits(scene: &Geometry, centre: Vec3, size: f32, count: usize) -> (usize,
         }
         tried += 1;
         let leaving = Ray::new(point.origin_towards(w), w);
-        bad += usize::from(scene.intersect::<true>(&leaving, 0).is_some());
+        bad += usize::from(scene.intersect::<PARTICLES>(&leaving, 0).is_some());
     }
     (bad, tried)
 }
@@ -105,7 +106,7 @@ fn rays_leave_ellipsoids() {
             opacity: 1.0,
         }])
         .unwrap();
-        let scene = Geometry::build(vec![], vec![], Some(particles), None).unwrap();
+        let scene = Geometry::build(vec![], vec![], Some(particles.into()), None).unwrap();
         let (bad, tried) = self_hits(&scene, centre, radii.min_element(), 200_000);
         assert_eq!(bad, 0, "{centre}, of {tried}");
         assert!(tried > 50_000, "{tried}");
@@ -135,12 +136,12 @@ fn contact_shadows_are_kept() {
             let to = corner(1800.0 * r.unit() - 900.0, 1800.0 * r.unit() - 900.0, 0.0);
             let from = to + Vec3::new(r.unit() - 0.5, 1.0, r.unit() - 0.5) * 100.0;
             let ray = Ray::new(from, (to - from).normalize());
-            let hit = below.intersect::<false>(&ray, 0).unwrap();
+            let hit = below.intersect::<NOTHING>(&ray, 0).unwrap();
             let w = Vec3::new(r.unit() - 0.5, 1.0, r.unit() - 0.5).normalize();
             let o = below.surface_point(&ray, &hit).origin_towards(w);
             lit += usize::from(
                 !both
-                    .transmittance_depth::<false>(&Ray::new(o, w))
+                    .transmittance_depth::<NOTHING>(&Ray::new(o, w))
                     .is_blocked(),
             );
         }
@@ -159,7 +160,7 @@ fn a_ray_between_two_points_meets_neither_end() {
         let mut r = Random(8);
         let mut find = || {
             let ray = Ray::new(Vec3::ZERO, r.direction());
-            let hit = scene.intersect::<false>(&ray, 0).unwrap();
+            let hit = scene.intersect::<NOTHING>(&ray, 0).unwrap();
             scene.surface_point(&ray, &hit)
         };
         for _ in 0..100_000 {
@@ -174,9 +175,10 @@ fn a_ray_between_two_points_meets_neither_end() {
                 o: from,
                 d: way.normalize(),
                 t_max: way.length() * (1.0 - 1e-6),
+                time_s: 0.0,
             };
             assert!(
-                scene.intersect::<false>(&ray, 0).is_none(),
+                scene.intersect::<NOTHING>(&ray, 0).is_none(),
                 "{size} {ray:?}"
             );
         }

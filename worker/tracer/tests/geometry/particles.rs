@@ -4,6 +4,7 @@ use glam::Vec3;
 use shearwater_tracer::geometry::{
     Ellipsoid, Geometry, HitKind, OPTICAL_DEPTH_SCALE, Particles, Ray,
 };
+use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
 use super::shapes::Random;
 
@@ -11,7 +12,7 @@ fn scene(ellipsoids: &[Ellipsoid]) -> Geometry {
     Geometry::build(
         vec![],
         vec![],
-        Some(Particles::build(ellipsoids).unwrap()),
+        Some(Particles::build(ellipsoids).unwrap().into()),
         None,
     )
     .unwrap()
@@ -52,7 +53,7 @@ fn opaque_ellipsoids_are_hit_where_double_precision_says() {
                 }
             }
         }
-        match scene.intersect::<true>(&ray, 0) {
+        match scene.intersect::<PARTICLES>(&ray, 0) {
             None => assert_eq!(best.0, f64::INFINITY),
             Some(hit) => {
                 hits += 1;
@@ -69,7 +70,7 @@ fn opaque_ellipsoids_are_hit_where_double_precision_says() {
                 }
             }
         }
-        assert!(scene.intersect::<false>(&ray, 0).is_none());
+        assert!(scene.intersect::<NOTHING>(&ray, 0).is_none());
     }
     assert!(hits > 1000, "{hits}");
 }
@@ -83,7 +84,7 @@ fn small_spheres_far_away_are_neither_missed_nor_swollen() {
             // Aimed at the inner disc.
             let p = Vec3::new(r.unit() - 0.5, r.unit() - 0.5, distance);
             let ray = Ray::new(Vec3::ZERO, p.normalize());
-            let hit = scene.intersect::<true>(&ray, 0).expect("no miss");
+            let hit = scene.intersect::<PARTICLES>(&ray, 0).expect("no miss");
             let radius = (ray.d.as_dvec3() * f64::from(hit.t)
                 - glam::DVec3::Z * f64::from(distance))
             .length();
@@ -104,7 +105,7 @@ fn layers_multiply_without_limit() {
         .collect();
     let scene = scene(&layers);
     let ray = Ray::new(Vec3::ZERO, Vec3::new(0.6, 0.0, 0.8));
-    let depth = scene.transmittance_depth::<true>(&ray).depth();
+    let depth = scene.transmittance_depth::<PARTICLES>(&ray).depth();
     let transmittance = libm::exp(-f64::from(depth) / f64::from(OPTICAL_DEPTH_SCALE));
     assert!(
         (transmittance / 0.006_653_97 - 1.0).abs() < 2e-3,
@@ -114,7 +115,7 @@ fn layers_multiply_without_limit() {
     let mut r = Random(6);
     let n = 100_000;
     let passed = (0..n)
-        .filter(|_| scene.intersect::<true>(&ray, r.next()).is_none())
+        .filter(|_| scene.intersect::<PARTICLES>(&ray, r.next()).is_none())
         .count();
     let expected = 0.006_653_97 * f64::from(n);
     assert!(
@@ -132,7 +133,7 @@ fn keys_that_count_up_still_give_independent_decisions() {
     let ray = Ray::new(Vec3::Z * -4.0, Vec3::Z);
     let mut seen = [0_i32; 5];
     for key in 0..64_000_u64 {
-        let which = match scene.intersect::<true>(&ray, key).map(|h| h.kind) {
+        let which = match scene.intersect::<PARTICLES>(&ray, key).map(|h| h.kind) {
             None => 4,
             Some(HitKind::Particle { prim, inside }) => prim as usize * 2 + usize::from(inside),
             Some(_) => unreachable!(),
@@ -148,18 +149,25 @@ fn keys_that_count_up_still_give_independent_decisions() {
 fn opacity_one_blocks_and_zero_does_not() {
     let ray = Ray::new(Vec3::Z * -4.0, Vec3::Z);
     let opaque = scene(&[sphere(Vec3::ZERO, 1.0, 1.0)]);
-    assert!(opaque.transmittance_depth::<true>(&ray).is_blocked());
+    assert!(opaque.transmittance_depth::<PARTICLES>(&ray).is_blocked());
     let clear = scene(&[sphere(Vec3::ZERO, 1.0, 0.0)]);
-    assert_eq!(clear.transmittance_depth::<true>(&ray).depth(), 0);
+    assert_eq!(clear.transmittance_depth::<PARTICLES>(&ray).depth(), 0);
     for key in 0..1000 {
-        assert_eq!(opaque.intersect::<true>(&ray, key).map(|h| h.t), Some(3.0));
-        assert!(clear.intersect::<true>(&ray, key).is_none());
+        assert_eq!(
+            opaque.intersect::<PARTICLES>(&ray, key).map(|h| h.t),
+            Some(3.0)
+        );
+        assert!(clear.intersect::<PARTICLES>(&ray, key).is_none());
     }
     // Enough thin layers block too.
     let thick: Vec<_> = (0..30)
         .map(|i| sphere(Vec3::ZERO, 1.0 + 0.01 * i as f32, 0.3))
         .collect();
-    assert!(scene(&thick).transmittance_depth::<true>(&ray).is_blocked());
+    assert!(
+        scene(&thick)
+            .transmittance_depth::<PARTICLES>(&ray)
+            .is_blocked()
+    );
 }
 
 #[test]
@@ -167,10 +175,11 @@ fn what_lies_behind_the_end_does_not_count() {
     let scene = scene(&[sphere(Vec3::ZERO, 1.0, 0.5)]);
     let depth = |t_max| {
         scene
-            .transmittance_depth::<true>(&Ray {
+            .transmittance_depth::<PARTICLES>(&Ray {
                 o: Vec3::Z * -4.0,
                 d: Vec3::Z,
                 t_max,
+                time_s: 0.0,
             })
             .depth()
     };

@@ -2,6 +2,7 @@
 
 use glam::{Affine3A, Mat3A, Vec3};
 use shearwater_tracer::geometry::{BuildError, Geometry, Instance, Ray, TriMesh};
+use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
 use super::exact::crowd;
 use super::shapes::{Random, alone, soup};
@@ -29,8 +30,8 @@ fn bad_triangles_leave_the_others_alone() {
     for _ in 0..5000 {
         let ray = Ray::new(r.cube() * 2.0, r.direction());
         assert_eq!(
-            clean.intersect::<false>(&ray, 0),
-            dirty.intersect::<false>(&ray, 0)
+            clean.intersect::<NOTHING>(&ray, 0),
+            dirty.intersect::<NOTHING>(&ray, 0)
         );
     }
 }
@@ -40,19 +41,19 @@ fn empty_and_tiny_meshes() {
     let ray = Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z);
     assert!(
         alone(&(vec![], vec![]))
-            .intersect::<false>(&ray, 0)
+            .intersect::<NOTHING>(&ray, 0)
             .is_none()
     );
     let nothing = Geometry::build(vec![], vec![], None, None).unwrap();
-    assert!(nothing.intersect::<true>(&ray, 0).is_none());
+    assert!(nothing.intersect::<PARTICLES>(&ray, 0).is_none());
     let one = alone(&(vec![Vec3::ZERO, Vec3::X, Vec3::Y], vec![[0, 1, 2]]));
-    assert_eq!(one.intersect::<false>(&ray, 0).unwrap().t, 1.0);
+    assert_eq!(one.intersect::<NOTHING>(&ray, 0).unwrap().t, 1.0);
     // Edges from a micrometre to a thousand kilometres, hit all the same.
     for scale in [1e-6, 1e-3, 1.0, 1e3, 1e6] {
         let s = |v: Vec3| v * scale;
         let mesh = (vec![s(Vec3::ZERO), s(Vec3::X), s(Vec3::Y)], vec![[0, 1, 2]]);
         let ray = Ray::new(s(ray.o), ray.d);
-        assert!((alone(&mesh).intersect::<false>(&ray, 0).unwrap().t / scale - 1.0).abs() < 1e-6);
+        assert!((alone(&mesh).intersect::<NOTHING>(&ray, 0).unwrap().t / scale - 1.0).abs() < 1e-6);
     }
 }
 
@@ -63,7 +64,7 @@ fn a_hundred_thousand_coincident_triangles() {
     let scene = alone(&mesh);
     assert!(started.elapsed().as_secs() < 20);
     let hit = scene
-        .intersect::<false>(&Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z), 0)
+        .intersect::<NOTHING>(&Ray::new(Vec3::new(0.2, 0.2, -1.0), Vec3::Z), 0)
         .unwrap();
     assert!(format!("{hit:?}").contains("prim: 0"), "{hit:?}");
 }
@@ -78,8 +79,8 @@ fn huge_and_widely_spread_coordinates() {
     let scene = alone(&mesh);
     for _ in 0..2000 {
         let ray = Ray::new(r.cube(), r.direction());
-        let _ = scene.intersect::<false>(&ray, 0);
-        let _ = scene.transmittance_depth::<false>(&ray);
+        let _ = scene.intersect::<NOTHING>(&ray, 0);
+        let _ = scene.transmittance_depth::<NOTHING>(&ray);
     }
     // Each triangle ten times the size of the one before: a lopsided tree.
     let mut positions = Vec::new();
@@ -93,7 +94,7 @@ fn huge_and_widely_spread_coordinates() {
     let scene = alone(&(positions, triangles));
     assert!(
         scene
-            .intersect::<false>(&Ray::new(Vec3::new(0.3, 0.3, -1.0), Vec3::Z), 0)
+            .intersect::<NOTHING>(&Ray::new(Vec3::new(0.3, 0.3, -1.0), Vec3::Z), 0)
             .is_some()
     );
 }
@@ -118,11 +119,12 @@ fn odd_rays_end() {
                 o: Vec3::new(pick(), pick(), pick()),
                 d: Vec3::new(pick(), pick(), pick()),
                 t_max: pick(),
+                time_s: 0.0,
             };
-            if let Some(hit) = scene.intersect::<true>(&ray, 1) {
+            if let Some(hit) = scene.intersect::<PARTICLES>(&ray, 1) {
                 assert!(hit.t > 0.0 && hit.t < ray.t_max, "{ray:?} {hit:?}");
             }
-            let _ = scene.transmittance_depth::<true>(&ray);
+            let _ = scene.transmittance_depth::<PARTICLES>(&ray);
         }
     }
 }

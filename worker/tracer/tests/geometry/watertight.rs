@@ -2,11 +2,12 @@
 
 use glam::Vec3;
 use shearwater_tracer::geometry::{Geometry, Ray};
+use shearwater_tracer::uses::NOTHING;
 
 use super::shapes::{Random, alone, ball};
 
 fn leaks(scene: &Geometry, rays: impl Iterator<Item = Ray>) -> usize {
-    rays.filter(|ray| scene.intersect::<false>(ray, 0).is_none())
+    rays.filter(|ray| scene.intersect::<NOTHING>(ray, 0).is_none())
         .count()
 }
 
@@ -57,7 +58,7 @@ fn along_the_axes_at_grid_corners() {
             // Only where the ray starts inside.
             if o.length() < 0.8 {
                 assert!(
-                    scene.intersect::<false>(&Ray::new(o, d), 0).is_some(),
+                    scene.intersect::<NOTHING>(&Ray::new(o, d), 0).is_some(),
                     "{p} {axis}"
                 );
             }

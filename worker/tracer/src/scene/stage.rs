@@ -1,0 +1,163 @@
+//! From a description and the bytes of its files to what all its frames share.
+
+use super::clouds::build_clouds;
+use super::material::{Textures, needs_schlick};
+use super::meshes::{BuiltMesh, Materials, build_meshes};
+use super::sky::build_sky;
+use super::{Common, Scene};
+use crate::bsdf::{TableNeeds, Tables, Water};
+use crate::geometry::{BuildError, Particles, TriMesh};
+use crate::light::{SkyLight, SunLight};
+use glam::{DVec3, Vec3};
+use shearwater_shared::job::RenderSettings;
+use shearwater_shared::scene::{self, SceneDescription, SceneError};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// Share of the sky's mean radiance below which a light sample is faint.
+const FAINT_SHARE: f32 = 0.05;
+
+/// The bytes of a scene's files, by the names that the scene uses.
+pub type Assets = BTreeMap<String, Arc<[u8]>>;
+
+/// How to build, beyond what the scene says; none of it changes a bit of the
+/// picture.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct BuildOptions {
+    /// Do without AVX2 even where the machine has it.
+    pub portable_simd: bool,
+}
+
+/// What was noticed while building.
+#[derive(Clone, Debug, Default)]
+pub struct BuildReport {
+    /// Texts for people: dropped triangles, materials that nobody defined.
+    pub notes: Vec<String>,
+    /// Triangles over all meshes, each mesh counted once.
+    pub triangles: usize,
+    /// Cloud particles that can be seen.
+    pub particles: usize,
+}
+
+/// Everything that the frames of a scene share: meshes and their trees, materials,
+/// textures, tables, sky, clouds. Making a frame of it is cheap.
+pub struct Stage {
+    pub(super) description: SceneDescription,
+    pub(super) common: Arc<Common>,
+    pub(super) trees: Arc<[TriMesh]>,
+    pub(super) particles: Option<Arc<Particles>>,
+    pub(super) materials: Materials,
+    /// The point of the scene that is (0, 0, 0) for the tracer.
+    pub(super) anchor_m: DVec3,
+    pub(super) options: BuildOptions,
+}
+
+impl Stage {
+    /// Build what the frames of a scene share. Meshes are built in parallel; the
+    /// result is the same for any number of threads.
+    ///
+    /// # Errors
+    /// A file that is missing or cannot be read: file, place, what was expected.
+    pub fn build(
+        description: &SceneDescription,
+        assets: &Assets,
+        options: BuildOptions,
+    ) -> Result<(Self, BuildReport), SceneError> {
+        let mut report = BuildReport::default();
+        let anchor_m = DVec3::from_array(description.camera.position_m);
+        let mut textures = Textures::new(assets);
+        let meshes = build_meshes(description, assets, &mut report)?;
+        let tables = build_tables(description, &meshes)?;
+        let mut materials = Materials::new(description, &meshes, &tables, &mut textures)?;
+        let (particles, particle_cloud) = build_clouds(description, anchor_m)?;
+        report.particles = particle_cloud.len();
+        let (trees, shading): (Vec<_>, _) = meshes
+            .into_iter()
+            .map(|mesh| (mesh.tree, mesh.shading))
+            .unzip();
+        let sky = build_sky(description, assets, &mut report)?;
+        report.notes.append(&mut textures.notes);
+        let common = Common {
+            sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),
+            faint: sky.as_ref().map_or(0.0, SkyLight::mean) * FAINT_SHARE,
+            sky,
+            sun: description.sun.as_ref().and_then(SunLight::new),
+            water: build_water(description, &tables)?,
+            tables,
+            shading,
+            materials: std::mem::take(&mut materials.list),
+            textures: textures.list,
+            cloud_albedo: description
+                .clouds
+                .iter()
+                .map(|scene::Cloud::Particles(c)| Vec3::from_array(c.albedo))
+                .collect(),
+            particle_cloud,
+        };
+        let stage = Self {
+            description: description.clone(),
+            common: Arc::new(common),
+            trees: trees.into(),
+            particles: particles.map(Arc::new),
+            materials,
+            anchor_m,
+            options,
+        };
+        Ok((stage, report))
+    }
+}
+
+impl Scene {
+    /// Build one frame of a scene, and nothing to share: [`Stage::build`] and
+    /// [`Stage::frame`] in one.
+    ///
+    /// # Errors
+    /// Theirs.
+    pub fn build(
+        description: &SceneDescription,
+        assets: &Assets,
+        settings: &RenderSettings,
+        frame: u32,
+        options: BuildOptions,
+    ) -> Result<(Self, BuildReport), SceneError> {
+        let (stage, report) = Stage::build(description, assets, options)?;
+        Ok((stage.frame(settings, frame)?, report))
+    }
+}
+
+/// An error of the geometry at a place of the scene.
+pub(super) fn geometry_error(path: &str, error: &BuildError) -> SceneError {
+    SceneError::new("scene.json", path, error.to_string())
+}
+
+fn build_tables(
+    description: &SceneDescription,
+    meshes: &[BuiltMesh],
+) -> Result<Tables, SceneError> {
+    let needs = TableNeeds {
+        schlick: description
+            .materials
+            .values()
+            .chain(meshes.iter().flat_map(|m| &m.materials))
+            .any(needs_schlick),
+        etas: description.water.as_ref().map(ior).into_iter().collect(),
+    };
+    Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
+}
+
+fn ior(water: &scene::Water) -> f32 {
+    let scene::Water::Tessendorf(sea) = water;
+    sea.ior
+}
+
+fn build_water(
+    description: &SceneDescription,
+    tables: &Tables,
+) -> Result<Option<Water>, SceneError> {
+    let Some(scene::Water::Tessendorf(sea)) = &description.water else {
+        return Ok(None);
+    };
+    Water::new(tables, sea.ior, Vec3::from_array(sea.body_color), 0.0)
+        .map(Some)
+        .map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
+}
