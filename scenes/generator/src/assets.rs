@@ -29,6 +29,7 @@ pub fn golden_gate() -> Result<Vec<Asset>, EncodeError> {
     let side = plane::atlas::SIZE;
     Ok(vec![
         text("scene.json", composition::scene_json()),
+        text("without-bloom.json", composition::without_bloom_json()),
         text(
             "assets/plane.obj",
             obj_text(plane_title, "plane.mtl", &plane::mesh(), 4),

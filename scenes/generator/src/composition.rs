@@ -79,10 +79,26 @@ fn instances() -> String {
     out
 }
 
+/// The glow around the sun and its glitter.
+const BLOOM: &str =
+    r#""bloom": {"threshold": 4.0, "strength": 0.003, "radius": 0.05, "passes": 3}, "#;
+
 /// The text of `scene.json`.
 #[must_use]
 pub fn scene_json() -> String {
+    with_post("golden-gate", BLOOM)
+}
+
+/// The same scene without its bloom.
+#[must_use]
+pub fn without_bloom_json() -> String {
+    with_post("golden-gate-without-bloom", "")
+}
+
+fn with_post(name: &str, bloom: &str) -> String {
     include_str!("scene.template.json")
+        .replace("@NAME@", name)
+        .replace("@BLOOM@", bloom)
         .replace("@INSTANCES@", &instances())
         .replace("@SUN_AZIMUTH@", &format!("{SUN_AZIMUTH_DEG:.2}"))
         .replace("@SUN_ELEVATION@", &format!("{SUN_ELEVATION_DEG:.2}"))

@@ -6,6 +6,7 @@ pub mod assets;
 pub mod bridge;
 pub mod composition;
 pub mod curve;
+pub mod gallery;
 pub mod image_files;
 pub mod land;
 pub mod livery;

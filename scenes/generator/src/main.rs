@@ -1,24 +1,44 @@
-//! Writes the files of an example scene, or compares them with those on disk.
+//! Writes the files of an example scene, or compares them with those on disk; makes
+//! the gallery.
 
 use shearwater_scenes::assets::{self, Asset};
+use shearwater_scenes::gallery;
+use shearwater_scenes::image_files::EncodeError;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 const USAGE: &str = "\
-Generates the assets of an example scene, bit for bit.
+Generates the assets of the example scenes, bit for bit, and the gallery.
 
-Usage: shearwater-scenes golden-gate [-o DIR] [--check]
+Usage: shearwater-scenes SCENE [-o DIR] [--check]
+       shearwater-scenes gallery [--only NAME] [--shearwater PROGRAM]
 
-  -o DIR    write below DIR (default: scenes/golden-gate)
-  --check   write nothing; compare with the files below DIR
+  SCENE         golden-gate
+  -o DIR        write below DIR (default: the scene's folder under scenes/)
+  --check       write nothing; compare with the files below DIR
+  --only NAME   render only pictures with NAME in their name
+  --shearwater  the program that renders (default: target/release/shearwater)
 
 Exit codes: 0 done or equal, 1 different or failed, 2 wrong usage.
 ";
 
+type Files = fn() -> Result<Vec<Asset>, EncodeError>;
+
+/// What can be generated: name, folder, files.
+const SCENES: [(&str, &str, Files); 1] =
+    [("golden-gate", "scenes/golden-gate", assets::golden_gate)];
+
 /// What the command line asks for.
-struct Request {
-    folder: PathBuf,
-    check: bool,
+enum Request {
+    Scene {
+        files: Files,
+        folder: PathBuf,
+        check: bool,
+    },
+    Gallery {
+        program: PathBuf,
+        only: Option<String>,
+    },
 }
 
 fn main() -> ExitCode {
@@ -26,7 +46,17 @@ fn main() -> ExitCode {
         eprint!("{USAGE}");
         return ExitCode::from(2);
     };
-    match run(&request) {
+    let done = match request {
+        Request::Scene {
+            files,
+            folder,
+            check,
+        } => run(files, &folder, check),
+        Request::Gallery { program, only } => gallery::make(&program, only.as_deref())
+            .map(|()| true)
+            .map_err(|error| error.to_string()),
+    };
+    match done {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(message) => {
@@ -37,30 +67,45 @@ fn main() -> ExitCode {
 }
 
 fn parse(mut args: impl Iterator<Item = String>) -> Option<Request> {
-    if args.next()? != "golden-gate" {
-        return None;
+    let name = args.next()?;
+    if name == "gallery" {
+        return parse_gallery(args);
     }
-    let mut request = Request {
-        folder: PathBuf::from("scenes/golden-gate"),
-        check: false,
-    };
+    let (_, folder, files) = SCENES.into_iter().find(|(scene, ..)| *scene == name)?;
+    let (mut folder, mut check) = (PathBuf::from(folder), false);
     while let Some(arg) = args.next() {
         match arg.as_str() {
-            "-o" => request.folder = PathBuf::from(args.next()?),
-            "--check" => request.check = true,
+            "-o" => folder = PathBuf::from(args.next()?),
+            "--check" => check = true,
             _ => return None,
         }
     }
-    Some(request)
+    Some(Request::Scene {
+        files,
+        folder,
+        check,
+    })
+}
+
+fn parse_gallery(mut args: impl Iterator<Item = String>) -> Option<Request> {
+    let (mut program, mut only) = (PathBuf::from("target/release/shearwater"), None);
+    while let Some(arg) = args.next() {
+        match arg.as_str() {
+            "--only" => only = Some(args.next()?),
+            "--shearwater" => program = PathBuf::from(args.next()?),
+            _ => return None,
+        }
+    }
+    Some(Request::Gallery { program, only })
 }
 
 /// Whether everything is written, or equal.
-fn run(request: &Request) -> Result<bool, String> {
-    let files = assets::golden_gate().map_err(|error| error.to_string())?;
+fn run(files: Files, folder: &Path, check_only: bool) -> Result<bool, String> {
+    let files = files().map_err(|error| error.to_string())?;
     let mut equal = true;
     for file in &files {
-        let path = request.folder.join(file.path);
-        if request.check {
+        let path = folder.join(file.path);
+        if check_only {
             equal &= check(file, &path);
         } else {
             write(file, &path)?;
