@@ -13,6 +13,7 @@ pub mod geometry;
 pub mod light;
 pub mod load;
 pub mod math;
+pub mod medium;
 mod path;
 mod render;
 pub mod sampler;

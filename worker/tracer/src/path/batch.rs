@@ -3,7 +3,8 @@
 
 use super::direct::{ShadowRay, sample_sky, sample_sun};
 use super::escape::{Choice, escaped_radiance};
-use super::interaction::{Interaction, interaction};
+use super::interaction::interaction;
+use super::vertex::Vertex;
 use crate::geometry::{Hit, Occlusion, Ray};
 use crate::math::elementary::exp;
 use crate::sampler::SampleStream;
@@ -123,13 +124,13 @@ fn first_vertex<const USES: u8>(
         return None;
     };
     let at = interact(scene, path, &hit);
-    let (albedo, normal) = (at.bsdf.albedo(), at.frame.normal);
+    let (albedo, normal) = (at.albedo(), at.frame.normal);
     result.features = [
         albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0,
     ];
-    let (sun, sky) = light_rays(scene, path, &at, 0);
+    let (sun, sky) = light_rays::<USES>(scene, path, &at, 0);
     add_if_seen::<USES>(scene, sky, result);
-    scatter(scene, path, &at, 0);
+    scatter::<USES>(scene, path, &at, 0);
     sun
 }
 
@@ -176,31 +177,32 @@ fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResul
             return;
         }
         let at = interact(scene, path, &hit);
-        let (sun, sky) = light_rays(scene, path, &at, depth);
+        let (sun, sky) = light_rays::<USES>(scene, path, &at, depth);
         add_if_seen::<USES>(scene, sun, result);
         add_if_seen::<USES>(scene, sky, result);
-        scatter(scene, path, &at, depth);
+        scatter::<USES>(scene, path, &at, depth);
         depth += 1;
     }
 }
 
 #[inline]
-fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Interaction {
+fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Vertex {
     path.cone_m += path.cone_rad * hit.t;
     interaction(scene, &path.ray, hit, path.cone_m)
 }
 
 #[inline]
-fn light_rays(
+fn light_rays<const USES: u8>(
     scene: &Scene,
     path: &mut Path,
-    at: &Interaction,
+    at: &Vertex,
     depth: u32,
 ) -> (Option<ShadowRay>, Option<ShadowRay>) {
     // A perfect mirror has no density that light sampling could hit.
-    let sampled = !at.bsdf.is_delta();
+    let sampled = !at.is_delta::<USES>();
     path.choice.sun_sampled = sampled && scene.common.sun.is_some();
-    path.choice.sky_sampled = sampled && scene.common.sample_sky && at.bsdf.light_sampling_pays();
+    path.choice.sky_sampled =
+        sampled && scene.common.sample_sky && at.light_sampling_pays::<USES>();
     if !sampled {
         return (None, None);
     }
@@ -209,13 +211,13 @@ fn light_rays(
     }
     let u = path.stream.lights(depth);
     let sun = if path.choice.sun_sampled {
-        sample_sun(scene, at, path.ray.time_s, path.throughput, [u[0], u[1]])
+        sample_sun::<USES>(scene, at, path.ray.time_s, path.throughput, [u[0], u[1]])
     } else {
         None
     };
     let sun = sun.and_then(|shadow| worth_tracing(scene, shadow, path, depth));
     let sky = if path.choice.sky_sampled {
-        sample_sky(scene, at, path.ray.time_s, path.throughput, [u[2], u[3]])
+        sample_sky::<USES>(scene, at, path.ray.time_s, path.throughput, [u[2], u[3]])
     } else {
         None
     };
@@ -265,20 +267,13 @@ fn transmittance(occlusion: Occlusion) -> f32 {
 
 // The next direction of the path, or its end.
 #[inline]
-fn scatter(scene: &Scene, path: &mut Path, at: &Interaction, depth: u32) {
+fn scatter<const USES: u8>(scene: &Scene, path: &mut Path, at: &Vertex, depth: u32) {
     let u = path.stream.scatter(depth);
     path.alive = false;
-    let Some(sample) = at
-        .bsdf
-        .sample(&scene.common.tables, at.wo_local, [u[0], u[1], u[2]])
-    else {
+    let Some(sample) = at.sample::<USES>(&scene.common.tables, [u[0], u[1], u[2]]) else {
         return;
     };
-    let wi = at.frame.to_world(sample.wi);
-    // Under the surface itself there is nothing to be lit by.
-    if wi.dot(at.n_geometric) <= 0.0 {
-        return;
-    }
+    let wi = sample.wi;
     path.throughput *= sample.weight;
     // Black; NaN goes on, to be counted as a bad sample.
     if path.throughput == Vec3::ZERO {

@@ -1,15 +1,15 @@
-//! Next event estimation: light sampled straight from a surface.
+//! Next event estimation: light sampled straight from a vertex.
 
 use super::escape::power_heuristic;
-use super::interaction::Interaction;
+use super::vertex::Vertex;
 use crate::geometry::Ray;
 use crate::scene::Scene;
 use glam::Vec3;
 
-/// A light sample that still has to be seen from the surface.
+/// A light sample that still has to be seen from the vertex.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ShadowRay {
-    /// From the surface to the light.
+    /// From the vertex to the light.
     pub ray: Ray,
     /// Radiance that it adds to the pixel when nothing is in between.
     pub contribution: Vec3,
@@ -17,15 +17,15 @@ pub(super) struct ShadowRay {
 
 /// A sample of the sun; `None` when it adds nothing.
 #[inline]
-pub(super) fn sample_sun(
+pub(super) fn sample_sun<const USES: u8>(
     scene: &Scene,
-    at: &Interaction,
+    at: &Vertex,
     time_s: f32,
     throughput: Vec3,
     u: [f32; 2],
 ) -> Option<ShadowRay> {
     let sun = scene.common.sun.as_ref()?;
-    shadow_ray(
+    shadow_ray::<USES>(
         scene,
         at,
         time_s,
@@ -38,15 +38,15 @@ pub(super) fn sample_sun(
 
 /// A sample of the sky; `None` when it adds nothing.
 #[inline]
-pub(super) fn sample_sky(
+pub(super) fn sample_sky<const USES: u8>(
     scene: &Scene,
-    at: &Interaction,
+    at: &Vertex,
     time_s: f32,
     throughput: Vec3,
     u: [f32; 2],
 ) -> Option<ShadowRay> {
     let sample = scene.common.sky.as_ref()?.sample(u)?;
-    shadow_ray(
+    shadow_ray::<USES>(
         scene,
         at,
         time_s,
@@ -58,24 +58,17 @@ pub(super) fn sample_sky(
 }
 
 #[inline]
-fn shadow_ray(
+fn shadow_ray<const USES: u8>(
     scene: &Scene,
-    at: &Interaction,
+    at: &Vertex,
     time_s: f32,
     throughput: Vec3,
     wi: Vec3,
     radiance: Vec3,
     pdf: f32,
 ) -> Option<ShadowRay> {
-    // Light from behind the surface itself never counts, whatever the shading
-    // normal says: no leaks.
-    if wi.dot(at.n_geometric) <= 0.0 {
-        return None;
-    }
-    let (f_cos, pdf_bsdf) =
-        at.bsdf
-            .eval_pdf(&scene.common.tables, at.wo_local, at.frame.to_local(wi));
-    let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_bsdf) / pdf);
+    let (f_cos, pdf_scatter) = at.eval_pdf::<USES>(&scene.common.tables, wi);
+    let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_scatter) / pdf);
     // NaN passes, to be counted as a bad sample.
     if contribution != Vec3::ZERO {
         Some(ShadowRay {

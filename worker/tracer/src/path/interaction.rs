@@ -1,30 +1,14 @@
 //! From a hit to a place where light scatters.
 
-use crate::bsdf::Bsdf;
+use super::vertex::{Scattering, Vertex};
 use crate::bsdf::shading_frame::{bend_normal, face_viewer};
-use crate::geometry::{Hit, HitKind, Ray, SurfacePoint};
+use crate::geometry::{Hit, HitKind, Ray};
 use crate::math::frame::Frame;
 use crate::scene::Scene;
-use glam::Vec3;
-
-/// A point where light scatters, seen from `wo`.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Interaction {
-    /// Where, with error bounds and the surface's own normal.
-    pub point: SurfacePoint,
-    /// The surface's own normal, on the side of `wo`.
-    pub n_geometric: Vec3,
-    /// Shading frame, its normal on the side of `wo`.
-    pub frame: Frame,
-    /// `wo` in the shading frame.
-    pub wo_local: Vec3,
-    /// How it scatters.
-    pub bsdf: Bsdf,
-}
 
 /// What lies at a hit, for a ray that is `footprint_m` wide there.
 #[inline]
-pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32) -> Interaction {
+pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32) -> Vertex {
     let point = scene.geometry.surface_point(ray, hit);
     let wo = -ray.d;
     let (n_shading, bsdf) = match hit.kind {
@@ -44,11 +28,11 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32)
         bend_normal(n_shading, n_geometric, wo)
     };
     let frame = Frame::from_normal(bent);
-    Interaction {
+    Vertex {
         point,
         n_geometric,
         frame,
         wo_local: frame.to_local(wo),
-        bsdf,
+        scattering: Scattering::Surface(bsdf),
     }
 }

@@ -4,5 +4,6 @@ mod batch;
 mod direct;
 mod escape;
 mod interaction;
+mod vertex;
 
 pub(crate) use batch::{LANES, PathResult, trace_batch};

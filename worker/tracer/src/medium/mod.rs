@@ -1,0 +1,5 @@
+//! Participating media: what scatters light without a surface.
+
+pub mod phase;
+
+pub use phase::Phase;
