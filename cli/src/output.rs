@@ -22,6 +22,11 @@ pub(crate) fn object(value: &Value) {
     line(value);
 }
 
+/// Print something that the user should know; to standard error.
+pub(crate) fn note(text: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stderr(), "note: {text}");
+}
+
 /// Print why the command failed. Text always goes to standard error.
 pub(crate) fn error(error: &CliError, json: bool) {
     eprintln!("error: {error}");

@@ -4,6 +4,7 @@
 //! manifest and nothing else: no other machine ever makes a path of them.
 
 use crate::exit::CliError;
+use crate::output;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{AssetRef, Manifest};
 use shearwater_shared::limits;
@@ -61,6 +62,7 @@ pub(crate) fn collect(scene_path: &Path) -> Result<Bundle, CliError> {
     let bytes = std::fs::read(&scene_file)
         .map_err(|e| CliError::Scene(format!("{}: {e}", scene_file.display())))?;
     let description = scene::parse(&bytes)?;
+    description.doubts().iter().for_each(output::note);
     let folder = scene_file.parent().unwrap_or(Path::new("")).to_owned();
     let hash = ContentHash::of(&bytes);
     let mut bundle = Bundle {

@@ -8,6 +8,7 @@
 mod at;
 mod camera;
 mod cloud;
+mod doubts;
 mod material;
 mod mesh;
 mod parse;
