@@ -26,6 +26,11 @@ pub const TRIANGLES_MAX: usize = 50_000_000;
 pub const VERTICES_MAX: usize = 50_000_000;
 /// Most instances of one scene.
 pub const INSTANCES_MAX: usize = 1_000_000;
+/// Most keys of one path: ten minutes at a key for every frame.
+pub const KEYS_MAX: usize = 10_000;
+/// Most instances between one and the world, itself counted: each is a transform
+/// for every ray that meets it.
+pub const INSTANCE_DEPTH_MAX: usize = 8;
 /// Most materials of one scene.
 pub const MATERIALS_MAX: usize = 10_000;
 /// Most cloud particles of one scene.

@@ -1,5 +1,6 @@
 //! Camera.
 
+use super::animation::CameraKey;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -31,6 +32,16 @@ pub struct Camera {
     #[serde(default)]
     #[schemars(range(min = 1e-10, max = 1e9))]
     pub focus_distance_m: Option<f64>,
+    /// Velocity of eye and target, in metres per second: at time t both stand
+    /// `velocity_mps * t` from where they are placed.
+    #[serde(default)]
+    #[schemars(inner(range(min = -1e5, max = 1e5)))]
+    pub velocity_mps: [f64; 3],
+    /// Keys in the order of their times; smooth between them, still before the
+    /// first and after the last.
+    #[serde(default)]
+    #[schemars(length(max = 10_000))]
+    pub path: Vec<CameraKey>,
 }
 
 const fn up() -> [f64; 3] {

@@ -1,5 +1,6 @@
 //! Meshes and their placement.
 
+use super::animation::{InstanceKey, Spin};
 use super::tagged::unique_map;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -61,6 +62,27 @@ pub struct Instance {
     /// A material of the scene for the whole instance instead of the mesh's.
     #[serde(default)]
     pub material: Option<String>,
+    /// A name for children to refer to; no two instances share one.
+    #[serde(default)]
+    #[schemars(length(min = 1, max = 200))]
+    pub name: Option<String>,
+    /// Name of an instance in whose space (after its own scale, turns, spin and
+    /// motion) this one is placed, instead of the world's.
+    #[serde(default)]
+    pub parent: Option<String>,
+    /// Velocity in metres per second, in the space it is placed in: at time t it
+    /// stands `velocity_mps * t` from `translate_m`.
+    #[serde(default)]
+    #[schemars(inner(range(min = -1e5, max = 1e5)))]
+    pub velocity_mps: [f64; 3],
+    /// A steady turn of the mesh, before scale and placement.
+    #[serde(default)]
+    pub spin: Option<Spin>,
+    /// Keys in the order of their times; smooth between them, still before the
+    /// first and after the last.
+    #[serde(default)]
+    #[schemars(length(max = 10_000))]
+    pub path: Vec<InstanceKey>,
 }
 
 const fn ones() -> [f64; 3] {

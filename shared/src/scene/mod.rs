@@ -5,6 +5,7 @@
 //! seconds, degrees; y is up; colours are linear Rec. 709 unless they come from
 //! an 8-bit texture, which is sRGB.
 
+mod animation;
 mod at;
 mod camera;
 mod cloud;
@@ -22,6 +23,7 @@ mod test_scene;
 mod validate;
 mod water;
 
+pub use animation::{Animation, CameraKey, InstanceKey, Spin};
 pub use camera::Camera;
 pub use cloud::{Cloud, Formation, ParticleCloud, RadialFormation};
 pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMaterial};
@@ -54,6 +56,9 @@ pub struct SceneDescription {
     /// What a job renders when the user says nothing else.
     #[serde(default)]
     pub job: JobDefaults,
+    /// Frames of a moving picture; none is one picture at time 0.
+    #[serde(default)]
+    pub animation: Option<Animation>,
     /// Camera.
     pub camera: Camera,
     /// Materials by name.

@@ -92,6 +92,8 @@ mod tests {
             shutter_s: 0.5,
             lens_radius_m: 0.0,
             focus_distance_m: None,
+            velocity_mps: [0.0; 3],
+            path: Vec::new(),
         }
     }
 

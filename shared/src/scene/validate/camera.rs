@@ -2,9 +2,10 @@
 
 use super::super::at::At;
 use super::super::range::{
-    COORDINATE, LENGTH, Range, SIZE, direction, length_squared, number, numbers,
+    COORDINATE, LENGTH, Range, SIZE, VELOCITY_MPS, direction, length_squared, number, numbers,
 };
-use super::super::{Camera, SceneError};
+use super::super::{Camera, CameraKey, SceneError};
+use super::animation::path;
 
 /// Longest shutter in seconds: an hour.
 const SHUTTER_S_MAX: f64 = 3600.0;
@@ -30,22 +31,54 @@ pub(super) fn camera(at: &At<'_>, camera: &Camera) -> Result<(), SceneError> {
     if let Some(distance) = camera.focus_distance_m {
         number(&at.field("focus_distance_m"), distance, SIZE, "m")?;
     }
-    let [px, py, pz] = camera.position_m;
-    let [tx, ty, tz] = camera.target_m;
-    let view = [tx - px, ty - py, tz - pz];
+    let velocity_at = at.field("velocity_mps");
+    numbers(&velocity_at, &camera.velocity_mps, VELOCITY_MPS, "m/s")?;
+    view(at, camera, [0.0; 3], [0.0; 3])?;
+    let time = |key: &CameraKey| key.time_s;
+    path(&at.field("path"), &camera.path, time, |at, key| {
+        numbers(&at.field("offset_m"), &key.offset_m, COORDINATE, "m")?;
+        let target_at = at.field("target_offset_m");
+        numbers(&target_at, &key.target_offset_m, COORDINATE, "m")?;
+        view(at, camera, key.offset_m, key.target_offset_m)
+    })
+}
+
+/// There must be a direction to look in, and `up` must not be along it. The
+/// velocity moves both ends of the view alike.
+fn view(
+    at: &At<'_>,
+    camera: &Camera,
+    offset_m: [f64; 3],
+    target_offset_m: [f64; 3],
+) -> Result<(), SceneError> {
+    let is_key = offset_m != [0.0; 3] || target_offset_m != [0.0; 3];
+    let view = std::array::from_fn(|i| {
+        (camera.target_m[i] + target_offset_m[i]) - (camera.position_m[i] + offset_m[i])
+    });
     if length_squared(view) == 0.0 {
-        return Err(at.field("target_m").error(format!(
-            "{:?}: expected another point than position_m",
-            camera.target_m
-        )));
+        return Err(if is_key {
+            at.error("the target is where the eye is: expected another point")
+        } else {
+            at.field("target_m").error(format!(
+                "{:?}: expected another point than position_m",
+                camera.target_m
+            ))
+        });
     }
     let side = cross(view, camera.up);
     let least = UP_SINE_MIN * UP_SINE_MIN * length_squared(view) * length_squared(camera.up);
     if length_squared(side) <= least {
-        return Err(at.field("up").error(format!(
-            "{:?}: expected a direction that is not along the view",
-            camera.up
-        )));
+        return Err(if is_key {
+            at.error(format!(
+                "the view is along `up`, {:?}: expected another direction",
+                camera.up
+            ))
+        } else {
+            at.field("up").error(format!(
+                "{:?}: expected a direction that is not along the view",
+                camera.up
+            ))
+        });
     }
     Ok(())
 }

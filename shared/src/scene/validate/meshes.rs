@@ -1,8 +1,11 @@
 //! Ranges and names of meshes and instances.
 
 use super::super::at::At;
-use super::super::range::{COORDINATE, Range, TURN, asset, count, defined, number, numbers};
-use super::super::{Instance, Mesh, SceneDescription, SceneError};
+use super::super::range::{
+    COORDINATE, Range, TURN, VELOCITY_MPS, asset, count, defined, number, numbers,
+};
+use super::super::{Instance, InstanceKey, Mesh, SceneDescription, SceneError};
+use super::{animation, parents};
 use crate::limits;
 
 pub(super) fn meshes(at: &At<'_>, scene: &SceneDescription) -> Result<(), SceneError> {
@@ -31,9 +34,24 @@ pub(super) fn instances(at: &At<'_>, scene: &SceneDescription) -> Result<(), Sce
     let most = limits::INSTANCES_MAX as u64;
     count(at, scene.instances.len() as u64, 0, most)?;
     for (i, described) in scene.instances.iter().enumerate() {
-        instance(&at.index(i), described, scene)?;
+        let instance_at = at.index(i);
+        instance(&instance_at, described, scene)?;
+        motion(&instance_at, described)?;
     }
-    Ok(())
+    parents::parents(at, &scene.instances)
+}
+
+fn motion(at: &At<'_>, instance: &Instance) -> Result<(), SceneError> {
+    let velocity_at = at.field("velocity_mps");
+    numbers(&velocity_at, &instance.velocity_mps, VELOCITY_MPS, "m/s")?;
+    if let Some(spin) = &instance.spin {
+        animation::spin(&at.field("spin"), spin)?;
+    }
+    let time = |key: &InstanceKey| key.time_s;
+    animation::path(&at.field("path"), &instance.path, time, |at, key| {
+        numbers(&at.field("offset_m"), &key.offset_m, COORDINATE, "m")?;
+        numbers(&at.field("turn_deg"), &key.turn_deg, TURN, "degrees")
+    })
 }
 
 fn instance(at: &At<'_>, instance: &Instance, scene: &SceneDescription) -> Result<(), SceneError> {

@@ -1,9 +1,11 @@
 //! Ranges and references of a scene, one file for each part of it.
 
+mod animation;
 mod camera;
 mod clouds;
 mod materials;
 mod meshes;
+mod parents;
 mod post;
 mod sky;
 mod water;
@@ -20,6 +22,7 @@ pub(super) fn validate(scene: &SceneDescription) -> Result<(), SceneError> {
     image(&root.field("image"), scene.image)?;
     samples(&root.field("job"), scene.job.samples)?;
     camera::camera(&root.field("camera"), &scene.camera)?;
+    animation::animation(&root, scene)?;
     materials::materials(&root.field("materials"), scene)?;
     meshes::meshes(&root.field("meshes"), scene)?;
     meshes::instances(&root.field("instances"), scene)?;

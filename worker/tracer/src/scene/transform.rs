@@ -51,6 +51,11 @@ mod tests {
             rotate_deg,
             scale,
             material: None,
+            name: None,
+            parent: None,
+            velocity_mps: [0.0; 3],
+            spin: None,
+            path: Vec::new(),
         };
         world_from_local(&instance, DVec3::new(1.0, 2.0, 3.0))
     }
