@@ -32,6 +32,7 @@ fn shines(sky: &Sky) -> bool {
     match sky {
         Sky::Constant(sky) => sky.radiance != [0.0; 3],
         Sky::Map(map) => map.intensity > 0.0,
+        Sky::Dome(dome) => dome.intensity > 0.0,
     }
 }
 

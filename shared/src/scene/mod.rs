@@ -30,7 +30,7 @@ pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMateri
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
-pub use sky::{ConstantSky, MapSky, Sky, Sun};
+pub use sky::{ConstantSky, DomeSky, MapSky, Sky, Sun};
 pub use water::{TessendorfWater, Water};
 
 use schemars::JsonSchema;
@@ -135,9 +135,7 @@ impl SceneDescription {
                 .flat_map(Material::textures)
                 .map(str::to_owned),
         );
-        if let Some(Sky::Map(map)) = &self.sky {
-            files.insert(map.file.clone());
-        }
+        files.extend(self.sky.iter().filter_map(Sky::file).map(str::to_owned));
         files
     }
 }

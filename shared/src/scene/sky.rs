@@ -4,7 +4,7 @@ use super::tagged::tagged_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Light that comes from infinitely far away, from every direction.
+/// Light from all around.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub enum Sky {
@@ -13,9 +13,11 @@ pub enum Sky {
     /// An equirectangular picture. Its middle column looks along -z and columns
     /// grow towards +x; its top row looks along +y.
     Map(MapSky),
+    /// Such a picture on the inside of a sphere that stands in the scene.
+    Dome(DomeSky),
 }
 
-tagged_enum!(Sky { "constant" => Constant, "map" => Map });
+tagged_enum!(Sky { "constant" => Constant, "map" => Map, "dome" => Dome });
 
 /// The same radiance everywhere.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -32,6 +34,31 @@ pub struct ConstantSky {
 pub struct MapSky {
     /// EXR (radiance), PNG or JPEG (sRGB) file.
     pub file: String,
+    /// Turn about the vertical in degrees, clockwise seen from above.
+    #[serde(default)]
+    #[schemars(range(min = -1e6, max = 1e6))]
+    pub rotation_deg: f64,
+    /// Factor on its radiance.
+    #[serde(default = "one")]
+    #[schemars(range(min = 0.0, max = 67_108_864.0))]
+    pub intensity: f32,
+}
+
+/// A sphere that shines inwards, with an equirectangular picture on its inside as
+/// seen from its centre. It ends every ray: what lies beyond it is hidden. From
+/// outside its near wall is clear, its far wall shines, and past it all is black.
+/// The sun shines through it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DomeSky {
+    /// EXR (radiance), PNG or JPEG (sRGB) file.
+    pub file: String,
+    /// Centre in metres.
+    #[schemars(inner(range(min = -1e9, max = 1e9)))]
+    pub centre_m: [f64; 3],
+    /// Radius in metres.
+    #[schemars(range(min = 1e-3, max = 1e9))]
+    pub radius_m: f64,
     /// Turn about the vertical in degrees, clockwise seen from above.
     #[serde(default)]
     #[schemars(range(min = -1e6, max = 1e6))]
@@ -60,6 +87,18 @@ pub struct Sun {
     /// Radiance of the disc, linear RGB.
     #[schemars(inner(range(min = 0.0, max = 67_108_864.0)))]
     pub radiance: [f32; 3],
+}
+
+impl Sky {
+    /// The name of the file that it needs, if any.
+    #[must_use]
+    pub fn file(&self) -> Option<&str> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Map(sky) => Some(&sky.file),
+            Self::Dome(sky) => Some(&sky.file),
+        }
+    }
 }
 
 const fn one() -> f32 {

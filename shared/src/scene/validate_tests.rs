@@ -363,6 +363,24 @@ fn values_out_of_range_are_named() {
             "0 to 67108864",
         ),
         (
+            "/sky",
+            json!({"type": "dome", "file": "s.exr", "centre_m": [0, 2e9, 0], "radius_m": 5}),
+            "sky.centre_m[1]",
+            "-1000000000 to 1000000000 m",
+        ),
+        (
+            "/sky",
+            json!({"type": "dome", "file": "s.exr", "centre_m": [0, 0, 0], "radius_m": 0}),
+            "sky.radius_m",
+            "0.001 to 1000000000 m",
+        ),
+        (
+            "/sky",
+            json!({"type": "dome", "file": "../..", "centre_m": [0, 0, 0], "radius_m": 1}),
+            "sky.file",
+            "the name of a file",
+        ),
+        (
             "/sun/elevation_deg",
             json!(91),
             "sun.elevation_deg",

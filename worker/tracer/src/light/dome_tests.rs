@@ -132,7 +132,11 @@ fn a_patch_obeys_the_inverse_square() {
 #[test]
 fn parallax_is_real() {
     let (width, height) = (64usize, 32usize);
-    let dome = dome(width, height, |x, y| if (x, y) == (10, 12) { 9.0 } else { 0.0 });
+    let dome = dome(
+        width,
+        height,
+        |x, y| if (x, y) == (10, 12) { 9.0 } else { 0.0 },
+    );
     let theta = PI * 12.5 / height as f64;
     let phi = 2.0 * PI * (10.5 / width as f64 - 0.5);
     let n = Vec3::new(
@@ -148,7 +152,8 @@ fn parallax_is_real() {
         assert!((dome.reach(o, d) / (place - o).length() - 1.0).abs() < 1e-5);
         directions.push(d);
     }
-    assert!(directions[0].dot(directions[1]) < 0.9 && directions[0].dot(directions[2]) < 0.9);
+    // Ten degrees at least; a texel has less than six.
+    assert!(directions[1..].iter().all(|d| d.dot(directions[0]) < 0.985));
     assert_eq!(
         dome.radiance(CENTRE, directions[1]).x,
         0.0,
@@ -190,7 +195,9 @@ fn the_density_is_one_over_all_directions() {
             let (_, pdf) = dome.radiance_and_pdf(o, Vec3::new(r * cos, y, r * sin));
             4.0 * PI * f64::from(pdf)
         });
-        let (share, share_error) = mean_of(1 << 16, |u| f64::from(u8::from(dome.sample(o, u).is_some())));
+        let (share, share_error) = mean_of(1 << 16, |u| {
+            f64::from(u8::from(dome.sample(o, u).is_some()))
+        });
         let spread = (error * error + share_error * share_error).sqrt();
         assert!(
             (total - share).abs() < 4.0 * spread,

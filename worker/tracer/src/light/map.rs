@@ -176,7 +176,6 @@ fn mean_and_contrast(width: usize, height: usize, rgb: &[[f32; 3]]) -> (f64, f64
     )
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;

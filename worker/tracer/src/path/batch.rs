@@ -2,7 +2,7 @@
 //! are coherent and go in packets; everything later goes one by one.
 
 use super::direct::{ShadowRay, sample_sky, sample_sun};
-use super::escape::{Choice, escaped_radiance};
+use super::escape::{Choice, escaped_radiance, ray_under_sky};
 use super::interaction::interaction;
 use super::vertex::Vertex;
 use crate::geometry::{Hit, Occlusion, Ray};
@@ -92,7 +92,7 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
         .camera
         .ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
     Path {
-        ray: Ray::at_time(o, d, time_s),
+        ray: ray_under_sky(scene, o, d, time_s),
         stream,
         throughput: Vec3::ONE,
         choice: Choice::ALONE,
@@ -119,7 +119,7 @@ fn first_vertex<const USES: u8>(
     result: &mut PathResult,
 ) -> Option<ShadowRay> {
     let Some(hit) = hit else {
-        result.radiance = escaped_radiance(scene, path.ray.d, path.choice);
+        result.radiance = escaped_radiance(scene, &path.ray, path.choice);
         path.alive = false;
         return None;
     };
@@ -169,7 +169,7 @@ fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResul
     while path.alive {
         let key = path.stream.segment_key(depth);
         let Some(hit) = scene.geometry.intersect::<USES>(&path.ray, key) else {
-            result.radiance += path.throughput * escaped_radiance(scene, path.ray.d, path.choice);
+            result.radiance += path.throughput * escaped_radiance(scene, &path.ray, path.choice);
             return;
         };
         if depth >= PATH_DEPTH_MAX {
@@ -297,6 +297,11 @@ fn scatter<const USES: u8>(scene: &Scene, path: &mut Path, at: &Vertex, depth: u
             .max((0.25 / sample.pdf.max(1e-6)).sqrt())
             .min(CONE_ANGLE_MAX);
     }
-    path.ray = Ray::at_time(at.point.origin_towards(wi), wi.normalize(), path.ray.time_s);
+    path.ray = ray_under_sky(
+        scene,
+        at.point.origin_towards(wi),
+        wi.normalize(),
+        path.ray.time_s,
+    );
     path.alive = true;
 }

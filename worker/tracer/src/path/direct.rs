@@ -1,6 +1,6 @@
 //! Next event estimation: light sampled straight from a vertex.
 
-use super::escape::power_heuristic;
+use super::escape::{power_heuristic, ray_under_sky};
 use super::vertex::Vertex;
 use crate::geometry::Ray;
 use crate::scene::Scene;
@@ -45,7 +45,7 @@ pub(super) fn sample_sky<const USES: u8>(
     throughput: Vec3,
     u: [f32; 2],
 ) -> Option<ShadowRay> {
-    let sample = scene.common.sky.as_ref()?.sample(u)?;
+    let sample = scene.common.sky.as_ref()?.sample(at.point.p, u)?;
     shadow_ray::<USES>(
         scene,
         at,
@@ -72,7 +72,7 @@ fn shadow_ray<const USES: u8>(
     // NaN passes, to be counted as a bad sample.
     if contribution != Vec3::ZERO {
         Some(ShadowRay {
-            ray: Ray::at_time(at.point.origin_towards(wi), wi, time_s),
+            ray: ray_under_sky(scene, at.point.origin_towards(wi), wi, time_s),
             contribution,
         })
     } else {

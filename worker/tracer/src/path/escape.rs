@@ -1,5 +1,6 @@
-//! Light that a path meets by leaving the scene.
+//! Where the sky ends a ray, and the light that a path meets there.
 
+use crate::geometry::Ray;
 use crate::scene::Scene;
 use glam::Vec3;
 
@@ -34,17 +35,28 @@ pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
     1.0 / (1.0 + ratio * ratio)
 }
 
-/// Radiance that a segment in direction `d` carries from sky and sun, weighted
-/// against their own sampling.
+/// A ray of the scene: a finite sky ends it.
 #[inline]
-pub(super) fn escaped_radiance(scene: &Scene, d: Vec3, choice: Choice) -> Vec3 {
+pub(super) fn ray_under_sky(scene: &Scene, o: Vec3, d: Vec3, time_s: f32) -> Ray {
+    let mut ray = Ray::at_time(o, d, time_s);
+    if let Some(sky) = &scene.common.sky {
+        ray.t_max = sky.reach(o, d);
+    }
+    ray
+}
+
+/// Radiance that a segment which met nothing carries from sky and sun, weighted
+/// against their own sampling. The sun shines through a dome.
+#[inline]
+pub(super) fn escaped_radiance(scene: &Scene, ray: &Ray, choice: Choice) -> Vec3 {
+    let d = ray.d;
     let mut radiance = Vec3::ZERO;
     if let Some(sky) = &scene.common.sky {
         if choice.sky_sampled {
-            let (light, pdf) = sky.radiance_and_pdf(d);
+            let (light, pdf) = sky.radiance_and_pdf(ray.o, d);
             radiance += light * power_heuristic(choice.pdf, pdf);
         } else {
-            radiance += sky.radiance(d);
+            radiance += sky.radiance(ray.o, d);
         }
     }
     if let Some(sun) = &scene.common.sun

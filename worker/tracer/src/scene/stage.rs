@@ -75,7 +75,7 @@ impl Stage {
             .into_iter()
             .map(|mesh| (mesh.tree, mesh.shading))
             .unzip();
-        let sky = build_sky(description, assets, &mut report)?;
+        let sky = build_sky(description, assets, anchor_m, &mut report)?;
         report.notes.append(&mut textures.notes);
         let common = Common {
             sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),

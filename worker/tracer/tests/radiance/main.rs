@@ -1,6 +1,7 @@
 //! Whole scenes whose radiance is known: the tracer from scene.json to sums.
 
 mod common;
+mod dome;
 mod exactness;
 mod lights;
 mod particles;
