@@ -40,6 +40,12 @@ pub struct SettingsOverride {
     /// Seed.
     #[serde(default)]
     pub seed: Option<u64>,
+    /// Number of frames; default is the rest of the scene's animation.
+    #[serde(default)]
+    pub frames: Option<u32>,
+    /// The scene's number of the first frame; default is 0.
+    #[serde(default)]
+    pub first_frame: Option<u32>,
 }
 
 /// A job as the API shows it.
@@ -68,6 +74,12 @@ pub struct JobView {
     pub submitted_ms: i64,
     /// When it ended, milliseconds since 1970.
     pub finished_ms: Option<i64>,
+    /// Frames of the scene's animation per second; absent without one.
+    #[serde(default)]
+    pub fps: Option<f64>,
+    /// Frames whose film is final.
+    #[serde(default)]
+    pub frames_done: u64,
     /// Units of all frames.
     pub units_total: u64,
     /// Units counted.
@@ -84,8 +96,12 @@ pub struct JobView {
     pub core_s: f64,
     /// Expected seconds to the end; absent when nothing is known.
     pub remaining_s: Option<f64>,
-    /// Error of frame 0 (of the only frame) so far, from the two halves.
+    /// The worst error (NMSE) of all finished frames, from the two halves; as
+    /// long as none is finished, that of the first frame so far.
     pub error: Option<ErrorEstimate>,
+    /// The scene's number of the frame that `error` is of.
+    #[serde(default)]
+    pub error_frame: Option<u32>,
     /// Samples that contributed nothing because they were no light.
     pub bad_samples: u64,
     /// Paths that ended at the safety cap on depth.
@@ -93,11 +109,51 @@ pub struct JobView {
     /// Results that came again with other bits: an alarm.
     #[serde(default)]
     pub unequal_results: u64,
-    /// blake3 of the integer film of each finished frame, in frame order; only
-    /// when the job is done.
+    /// blake3 of the integer film of each frame, in frame order; only when the
+    /// job is done and has at most
+    /// [`FILM_HASHES_MAX`](crate::limits::FILM_HASHES_MAX) frames. Those of
+    /// larger jobs are in [`FramePage`]s.
     pub film_hashes: Vec<ContentHash>,
     /// Counts up with every change.
     pub rev: i64,
+}
+
+/// A frame of a job as the API shows it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FrameView {
+    /// The scene's number of the frame.
+    pub frame: u32,
+    /// Where it stands, as far as its job goes on.
+    pub state: FrameState,
+    /// Units counted.
+    pub units_done: u64,
+    /// Units of a frame.
+    pub units_total: u64,
+    /// blake3 of its integer film, once that is final.
+    pub film_hash: Option<ContentHash>,
+    /// Error so far, from the two halves.
+    pub error: Option<ErrorEstimate>,
+}
+
+/// Where a frame stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FrameState {
+    /// No unit of it was handed out yet, or nothing came back.
+    Waiting,
+    /// Some units are counted.
+    Running,
+    /// Its film is final.
+    Done,
+}
+
+/// One page of a job's frames.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct FramePage {
+    /// In frame order, every frame of the job.
+    pub frames: Vec<FrameView>,
+    /// Pass as `page_token` for the next page; absent at the end.
+    pub next_page_token: Option<String>,
 }
 
 /// One page of jobs.

@@ -82,9 +82,15 @@ pub struct RenderSettings {
     /// Seed of the whole job; another seed gives an independent picture.
     #[serde(default)]
     pub seed: u64,
-    /// Number of frames, numbered from 0.
+    /// Number of frames. Rows, runs and films of a job number them from 0; what
+    /// is rendered is frame `first_frame + n` of the scene
+    /// ([`RenderSettings::absolute_frame`]).
     #[serde(default = "one")]
     pub frames: u32,
+    /// Number of the first frame in the scene. A frame's film is a function of
+    /// its absolute number, whatever other frames the job has.
+    #[serde(default)]
+    pub first_frame: u32,
 }
 
 const fn one() -> u32 {
@@ -145,7 +151,42 @@ impl RenderSettings {
                 format!("1 to {}", limits::FRAMES_MAX),
             );
         }
+        let first_max = limits::FRAMES_MAX - self.frames;
+        if self.first_frame > first_max {
+            return fail(
+                "first_frame",
+                self.first_frame.into(),
+                format!(
+                    "0 to {first_max}: with frames = {} the last frame is at most {}",
+                    self.frames,
+                    limits::FRAMES_MAX - 1
+                ),
+            );
+        }
         Ok(())
+    }
+
+    /// The scene's number of the job's frame `frame` (from 0). Settings that
+    /// were checked cannot overflow.
+    #[must_use]
+    pub const fn absolute_frame(&self, frame: u32) -> u32 {
+        self.first_frame.saturating_add(frame)
+    }
+
+    /// The job's number (from 0) of the scene's frame `absolute`; `None` when
+    /// the job does not render it.
+    #[must_use]
+    pub const fn job_frame(&self, absolute: u32) -> Option<u32> {
+        match absolute.checked_sub(self.first_frame) {
+            Some(frame) if frame < self.frames => Some(frame),
+            _ => None,
+        }
+    }
+
+    /// The scene's number of the job's last frame.
+    #[must_use]
+    pub const fn last_frame(&self) -> u32 {
+        self.absolute_frame(self.frames.saturating_sub(1))
     }
 }
 
@@ -184,6 +225,7 @@ mod tests {
         samples: 4,
         seed: 0,
         frames: 1,
+        first_frame: 0,
     };
 
     #[test]
@@ -210,10 +252,57 @@ mod tests {
             (RenderSettings { samples: 3, ..GOOD }, "samples"),
             (RenderSettings { samples: 0, ..GOOD }, "samples"),
             (RenderSettings { frames: 0, ..GOOD }, "frames"),
+            (
+                RenderSettings {
+                    frames: limits::FRAMES_MAX + 1,
+                    ..GOOD
+                },
+                "frames",
+            ),
+            (
+                RenderSettings {
+                    first_frame: limits::FRAMES_MAX,
+                    ..GOOD
+                },
+                "first_frame",
+            ),
+            (
+                RenderSettings {
+                    first_frame: limits::FRAMES_MAX - 2,
+                    frames: 3,
+                    ..GOOD
+                },
+                "first_frame",
+            ),
         ];
         for (settings, field) in cases {
             assert_eq!(settings.validate().map_err(|e| e.field), Err(field));
         }
+    }
+
+    #[test]
+    fn frames_of_a_job_and_of_its_scene() {
+        let last = RenderSettings {
+            first_frame: limits::FRAMES_MAX - 3,
+            frames: 3,
+            ..GOOD
+        };
+        assert_eq!(last.validate(), Ok(()));
+        assert_eq!(last.last_frame(), limits::FRAMES_MAX - 1);
+        let some = RenderSettings {
+            first_frame: 7,
+            frames: 3,
+            ..GOOD
+        };
+        assert_eq!(some.absolute_frame(2), 9);
+        let found: Vec<Option<u32>> = (6..11).map(|frame| some.job_frame(frame)).collect();
+        assert_eq!(found, [None, Some(0), Some(1), Some(2), None]);
+    }
+
+    #[test]
+    fn settings_of_before_there_was_a_first_frame_are_read() {
+        let old = r#"{"width":64,"height":32,"samples":4,"seed":0,"frames":1}"#;
+        assert_eq!(serde_json::from_str(old).ok(), Some(GOOD));
     }
 
     #[test]

@@ -7,8 +7,12 @@ pub const IMAGE_PIXELS_MAX: u64 = 1 << 26;
 /// Most samples per pixel: two halves of 2^23 keep every index in 32 bits and
 /// every sum of a run below 2^62 (see [`crate::film::SAMPLE_MAX`]).
 pub const SAMPLES_MAX: u32 = 1 << 24;
-/// Most frames of one job; rows are made lazily, so this bounds numbers only.
+/// Most frames of one job, and one past the largest number of a frame; rows are
+/// made lazily, so this bounds numbers only.
 pub const FRAMES_MAX: u32 = 1_000_000;
+/// Most film hashes that a job's own JSON lists (9 KiB); jobs of more frames have
+/// theirs in the paged list of frames.
+pub const FILM_HASHES_MAX: u32 = 128;
 /// Side of a tile in pixels: 64 x 64 keeps a part below 400 KiB and gives two
 /// cores 128 tiles on the smallest common picture.
 pub const TILE_SIDE: u32 = 64;

@@ -62,7 +62,8 @@ impl TileRect {
 )]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// Frame number, from 0.
+    /// The job's number of the frame, from 0; see
+    /// [`RenderSettings::absolute_frame`].
     pub frame: u32,
     /// Tile number, row by row from the top left.
     pub tile: u32,
@@ -178,6 +179,7 @@ mod tests {
             samples,
             seed: 0,
             frames: 1,
+            first_frame: 0,
         })
     }
 

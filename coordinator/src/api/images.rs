@@ -108,29 +108,24 @@ async fn developing(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
     places.acquire_owned().await.map_err(|_| ApiError::Busy)
 }
 
+/// The job, and the number within it of the scene's frame `frame`; its first one
+/// when none is named.
 async fn job_and_frame(app: &App, id: &str, frame: Option<u32>) -> Result<(JobRow, u32), ApiError> {
     let id = job_id(id)?;
     let job = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
-    let frame = frame.unwrap_or(0);
-    if frame >= job.settings.frames {
-        let frames = job.settings.frames;
-        return Err(ApiError::NotFound(format!(
-            "job {id} has frames 0 to {}, not {frame}",
-            frames.saturating_sub(1)
-        )));
-    }
+    let (first, last) = (job.settings.first_frame, job.settings.last_frame());
+    let asked = frame.unwrap_or(first);
+    let frame = job.settings.job_frame(asked).ok_or_else(|| {
+        ApiError::NotFound(format!(
+            "job {id} has frames {first} to {last}, not {asked}"
+        ))
+    })?;
     Ok((job, frame))
 }
 
 async fn film_hash(app: &App, job: &JobRow, frame: u32) -> Result<Option<ContentHash>, ApiError> {
-    if job.frames_done == 0 {
-        return Ok(None);
-    }
-    let hashes = app.store.film_hashes(job.id).await?;
-    Ok(hashes
-        .into_iter()
-        .find(|&(f, _)| f == frame)
-        .map(|(_, hash)| hash))
+    let row = app.store.frame(job.id, frame).await?;
+    Ok(row.and_then(|row| row.film_hash))
 }
 
 fn post_settings(post: &scene::Post, params: &PngQuery) -> PostSettings {

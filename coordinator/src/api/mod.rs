@@ -6,12 +6,14 @@
 mod assets;
 mod events;
 mod extract;
+mod frames;
 mod health;
 mod images;
 mod jobs;
 mod leases;
 mod problem;
 mod results;
+mod settings;
 mod submit;
 mod view;
 mod workers;
@@ -31,6 +33,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(routes::JOB, get(jobs::get_job).delete(jobs::delete))
         .route(routes::JOB_CANCEL, post(jobs::cancel))
         .route(routes::JOB_EVENTS, get(events::events))
+        .route(routes::JOB_FRAMES, get(frames::list))
         .route(routes::JOB_PNG, get(images::png))
         .route(routes::JOB_EXR, get(images::exr))
         .route(routes::ASSETS_MISSING, post(assets::missing))

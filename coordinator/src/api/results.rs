@@ -134,7 +134,8 @@ async fn count(
         worker: upload.worker,
     };
     for bad in &upload.sums.bad.listed {
-        tracing::warn!(job = %part.job, frame = part.run.frame, ?bad, "bad sample");
+        let frame = job.settings.absolute_frame(part.run.frame);
+        tracing::warn!(job = %part.job, frame, ?bad, "bad sample");
     }
     let outcome = match app.store.counted_before(&part).await? {
         Some(outcome) => outcome,

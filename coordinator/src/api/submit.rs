@@ -2,6 +2,7 @@
 
 use super::extract::JsonBody;
 use super::problem::ApiError;
+use super::settings;
 use super::view::job_view;
 use crate::app::{App, now_ms};
 use crate::objects::Objects;
@@ -12,9 +13,8 @@ use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use shearwater_shared::api::SubmitRequest;
 use shearwater_shared::hash::ContentHash;
-use shearwater_shared::job::{JobId, RenderSettings};
+use shearwater_shared::job::JobId;
 use shearwater_shared::limits;
-use shearwater_shared::plan::Plan;
 use shearwater_shared::routes;
 use shearwater_shared::scene::{self, SceneDescription};
 use std::sync::Arc;
@@ -33,12 +33,13 @@ pub(crate) async fn submit(
 ) -> Result<Response, ApiError> {
     let idempotency = idempotency(&headers, &request)?;
     let scene = checked_scene(&app, &request).await?;
-    let settings = merged_settings(&request, &scene)?;
+    let settings = settings::merged(&request.settings, &scene, animated(&scene))?;
     let new = NewJob {
         name: request.name.unwrap_or(scene.name),
         manifest: request.manifest,
         settings,
         post: scene.post,
+        fps: None,
         priority: request.priority,
         idempotency,
     };
@@ -156,26 +157,7 @@ fn missing(at: &str, hash: &ContentHash) -> String {
     format!("{at}: asset {hash} is not stored; PUT it to {place} first")
 }
 
-fn merged_settings(
-    request: &SubmitRequest,
-    scene: &SceneDescription,
-) -> Result<RenderSettings, ApiError> {
-    let settings = RenderSettings {
-        width: request.settings.width.unwrap_or(scene.image.width),
-        height: request.settings.height.unwrap_or(scene.image.height),
-        samples: request.settings.samples.unwrap_or(scene.job.samples),
-        seed: request.settings.seed.unwrap_or(0),
-        frames: 1,
-    };
-    settings
-        .validate()
-        .map_err(|e| ApiError::Invalid(e.to_string()))?;
-    let units = Plan::new(&settings).units_per_frame();
-    if units > limits::FRAME_UNITS_MAX {
-        return Err(ApiError::Invalid(format!(
-            "settings: {units} units of work per frame, at most {}; fewer samples or pixels",
-            limits::FRAME_UNITS_MAX
-        )));
-    }
-    Ok(settings)
+/// Frames of the scene's animation.
+fn animated(_scene: &SceneDescription) -> Option<u32> {
+    None
 }

@@ -5,19 +5,35 @@ use crate::app::{App, now_ms};
 use crate::farm::{JobCounts, job_state};
 use crate::store::{Ended, JobRow};
 use shearwater_shared::api::JobView;
-use shearwater_shared::film::join_errors;
+use shearwater_shared::film::{ErrorEstimate, join_errors};
 use shearwater_shared::job::JobState;
+use shearwater_shared::limits::FILM_HASHES_MAX;
 
 /// The view of a job at this moment.
 pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError> {
-    let errors = app.store.tile_errors(row.id, 0).await?;
+    let error = error(app, &row).await?;
     let mut view = progress(row, now_ms());
-    view.error = join_errors(errors.into_iter());
-    if view.state == JobState::Done {
-        let hashes = app.store.film_hashes(view.id).await?;
+    if let Some((frame, error)) = error {
+        view.error_frame = Some(view.settings.absolute_frame(frame));
+        view.error = Some(error);
+    }
+    if view.state == JobState::Done && view.settings.frames <= FILM_HASHES_MAX {
+        let hashes = app.store.film_hashes(view.id, FILM_HASHES_MAX).await?;
         view.film_hashes = hashes.into_iter().map(|(_, hash)| hash).collect();
     }
     Ok(view)
+}
+
+/// The error of the worst finished frame; before there is one, of the first.
+/// Its cost does not grow with the number of frames.
+async fn error(app: &App, row: &JobRow) -> Result<Option<(u32, ErrorEstimate)>, ApiError> {
+    if row.frames_done > 0
+        && let Some(worst) = app.store.worst_frame(row.id).await?
+    {
+        return Ok(worst.error.map(|error| (worst.frame, error)));
+    }
+    let tiles = app.store.tile_errors(row.id, 0).await?;
+    Ok(join_errors(tiles.into_iter()).map(|error| (0, error)))
 }
 
 /// State and progress: a function of the row and of the time.
@@ -60,6 +76,8 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         priority: row.priority,
         settings: row.settings,
         scene_hash: row.manifest.scene,
+        fps: row.fps,
+        frames_done: row.frames_done,
         submitted_ms: row.submitted_ms,
         finished_ms: row.finished_ms,
         units_total,
@@ -71,6 +89,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         core_s: row.core_us as f64 / 1e6,
         remaining_s: (!state.is_final() && samples_per_s > 0.0).then(|| left / samples_per_s),
         error: None,
+        error_frame: None,
         bad_samples: row.bad_samples,
         depth_cap_hits: row.depth_cap_hits,
         unequal_results: row.unequal_results,

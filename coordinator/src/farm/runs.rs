@@ -76,6 +76,7 @@ mod tests {
             samples,
             seed: 0,
             frames: 1,
+            first_frame: 0,
         })
     }
 

@@ -5,7 +5,7 @@ use super::tile;
 use crate::app::{App, now_ms};
 use crate::farm::{bad_samples_reason, too_many_bad};
 use crate::store::FrameTile;
-use shearwater_shared::film::{FilmError, FilmHasher, TileFilm};
+use shearwater_shared::film::{FilmError, FilmHasher, TileFilm, join_errors};
 use shearwater_shared::job::JobId;
 
 /// Hash the film of a frame whose tiles are all folded, row of tiles by row of
@@ -50,8 +50,13 @@ pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, Fo
     let hash = hasher
         .finish()
         .map_err(|source| FoldError::Film { tile: 0, source })?;
-    let first = app.store.finish_frame(job, frame, &hash, now_ms()).await?;
+    let error = join_errors(app.store.tile_errors(job, frame).await?.into_iter());
+    let first = app
+        .store
+        .finish_frame(job, frame, &hash, error.as_ref(), now_ms())
+        .await?;
     if first {
+        let frame = row.settings.absolute_frame(frame);
         tracing::info!(%job, frame, film_hash = %hash, "frame is complete");
     }
     Ok(first)

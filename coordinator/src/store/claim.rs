@@ -9,6 +9,10 @@ use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
 use sqlx::{Any, Transaction};
 
+/// Most frames whose rows one claim makes: small frames fill a lease only
+/// together, and a worker builds each of them.
+const FRAMES_PER_CLAIM_MAX: u32 = 8;
+
 /// Which units may be claimed.
 #[derive(Clone, Debug)]
 pub struct ReadyQuery {
@@ -50,7 +54,7 @@ const READY_POSTGRES: &str = ready_sql!(" FOR UPDATE SKIP LOCKED");
 
 impl Store {
     /// Lease the runs that `cut` makes of the first ready units; makes the
-    /// units of the next frame when too few are ready. `None` when nothing is
+    /// units of the next frames when too few are ready. `None` when nothing is
     /// ready or the job has ended.
     ///
     /// # Errors
@@ -64,12 +68,21 @@ impl Store {
     ) -> Result<Option<Claimed>, StoreError> {
         let mut tx = self.begin().await?;
         let mut ready = ready_units(&mut tx, self.engine, query).await?;
-        if ready.len() < query.units_max && make_next_frame(&mut tx, query.job).await? {
+        // Units may be withheld from this worker: what was made counts as well.
+        let mut made = 0;
+        for _ in 0..FRAMES_PER_CLAIM_MAX {
+            if ready.len().max(made) >= query.units_max {
+                break;
+            }
+            let Some(units) = make_next_frame(&mut tx, query.job).await? else {
+                break;
+            };
+            made += units;
             ready = ready_units(&mut tx, self.engine, query).await?;
         }
         let runs = cut(&ready);
         if runs.is_empty() {
-            // The frame that was made is kept.
+            // The frames that were made are kept.
             tx.commit().await.attempt("commit frame")?;
             return Ok(None);
         }
@@ -181,11 +194,12 @@ async fn ready_units(
         .collect()
 }
 
-/// Make the rows of the job's next frame; false when there is none.
+/// Make the rows of the job's next frame; how many units it has, `None` when
+/// there is no further frame.
 async fn make_next_frame(
     tx: &mut Transaction<'static, Any>,
     job: JobId,
-) -> Result<bool, StoreError> {
+) -> Result<Option<usize>, StoreError> {
     let row = sqlx::query(
         "UPDATE job SET next_frame = next_frame + 1 WHERE id = $1 AND next_frame < frames \
          AND finished_ms IS NULL RETURNING next_frame, tiles, blocks",
@@ -194,7 +208,7 @@ async fn make_next_frame(
     .fetch_optional(&mut **tx)
     .await
     .attempt("take next frame")?;
-    let Some(row) = row else { return Ok(false) };
+    let Some(row) = row else { return Ok(None) };
     let frame = i64::from(small(&row, "next_frame")?) - 1;
     let (tiles, blocks) = (small(&row, "tiles")?, small(&row, "blocks")?);
     sqlx::query("INSERT INTO frame (job, frame) VALUES ($1, $2)")
@@ -225,7 +239,7 @@ async fn make_next_frame(
     .execute(&mut **tx)
     .await
     .attempt("insert units")?;
-    Ok(true)
+    Ok(Some(tiles as usize * blocks as usize))
 }
 
 /// Insert the lease's row; false when the job has ended.

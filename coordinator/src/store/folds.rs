@@ -4,7 +4,6 @@ use super::error::{Attempt, StoreError, corrupt};
 use super::open::Store;
 use super::rows::{int, optional_text, small, text};
 use shearwater_shared::film::TileError;
-use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 
 /// A tile of a frame of a job.
@@ -256,47 +255,5 @@ impl Store {
         .iter()
         .map(|row| Ok((JobId(int(row, "job")?), small(row, "frame")?)))
         .collect()
-    }
-
-    /// Store a frame's film hash, once; with the last frame the job is done.
-    /// False when another was faster.
-    ///
-    /// # Errors
-    /// The database failed; the frame is as before.
-    pub async fn finish_frame(
-        &self,
-        job: JobId,
-        frame: u32,
-        film_hash: &ContentHash,
-        now_ms: i64,
-    ) -> Result<bool, StoreError> {
-        let mut tx = self.begin().await?;
-        let first = sqlx::query(
-            "UPDATE frame SET film_hash = $3 WHERE job = $1 AND frame = $2 AND film_hash IS NULL",
-        )
-        .bind(job.0)
-        .bind(i64::from(frame))
-        .bind(film_hash.to_string())
-        .execute(&mut *tx)
-        .await
-        .attempt("store film hash")?;
-        if first.rows_affected() != 1 {
-            return Ok(false);
-        }
-        let live = sqlx::query(
-            "UPDATE job SET frames_done = frames_done + 1, rev = rev + 1, \
-             finished_ms = CASE WHEN frames_done + 1 = frames THEN $2 ELSE NULL END \
-             WHERE id = $1 AND finished_ms IS NULL",
-        )
-        .bind(job.0)
-        .bind(now_ms)
-        .execute(&mut *tx)
-        .await
-        .attempt("count frame")?;
-        if live.rows_affected() != 1 {
-            return Ok(false);
-        }
-        tx.commit().await.attempt("commit frame")?;
-        Ok(true)
     }
 }

@@ -2,10 +2,9 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
-use super::rows::{JobRow, count, failure_code, hash, int, job_columns, job_row, small};
+use super::rows::{JobRow, count, failure_code, int, job_columns, job_row};
 use crate::farm::LiveJob;
 use shearwater_shared::api::FailureKind;
-use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, JobState};
 
 /// Jobs that one lease request looks at: the oldest of the highest priority.
@@ -202,23 +201,5 @@ impl Store {
         }
         tx.commit().await.attempt("commit deletion")?;
         Ok(gone == 1)
-    }
-
-    /// Film hashes of finished frames, with their numbers.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn film_hashes(&self, id: JobId) -> Result<Vec<(u32, ContentHash)>, StoreError> {
-        sqlx::query(
-            "SELECT frame, film_hash FROM frame WHERE job = $1 AND film_hash IS NOT NULL \
-             ORDER BY frame",
-        )
-        .bind(id.0)
-        .fetch_all(&self.read)
-        .await
-        .attempt("read film hashes")?
-        .iter()
-        .map(|row| Ok((small(row, "frame")?, hash(row, "film_hash")?)))
-        .collect()
     }
 }

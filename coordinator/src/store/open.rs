@@ -114,13 +114,18 @@ impl Store {
 }
 
 fn migrator() -> Migrator {
-    Migrator::with_migrations(vec![Migration::new(
-        1,
-        "init".into(),
-        MigrationType::Simple,
-        include_str!("../../migrations/0001_init.sql").into_sql_str(),
-        false,
-    )])
+    let simple = |version, name: &'static str, sql: &'static str| {
+        let kind = MigrationType::Simple;
+        Migration::new(version, name.into(), kind, sql.into_sql_str(), false)
+    };
+    Migrator::with_migrations(vec![
+        simple(1, "init", include_str!("../../migrations/0001_init.sql")),
+        simple(
+            2,
+            "frames",
+            include_str!("../../migrations/0002_frames.sql"),
+        ),
+    ])
 }
 
 async fn pool(engine: Engine, url: &str, connections: u32) -> Result<AnyPool, StoreError> {

@@ -33,6 +33,8 @@ pub struct JobRow {
     pub settings: RenderSettings,
     /// The scene's way from radiance to a picture.
     pub post: Post,
+    /// Frames of the scene's animation per second.
+    pub fps: Option<f64>,
     /// Higher is served first.
     pub priority: i32,
     /// Frames whose film is final.
@@ -84,7 +86,7 @@ impl JobRow {
 /// The columns of [`job_row`].
 macro_rules! job_columns {
     () => {
-        "id, name, manifest, settings, post, priority, frames_done, units_done, samples_total, \
+        "id, name, manifest, settings, post, fps, priority, frames_done, units_done, samples_total, \
          samples_done, core_us, bad_samples, depth_cap_hits, unequal_results, ended, failure, \
          submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, \
          (SELECT count(*) FROM unit WHERE unit.job = job.id AND unit.state = 1) AS leased"
@@ -169,6 +171,9 @@ pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
         manifest: json(row, "manifest")?,
         settings: json(row, "settings")?,
         post: json(row, "post")?,
+        fps: optional_text(row, "fps")?
+            .map(|text| serde_json::from_str(&text).map_err(|e| corrupt("fps", e)))
+            .transpose()?,
         priority: i32::try_from(int(row, "priority")?).map_err(|e| corrupt("priority", e))?,
         frames_done: count(row, "frames_done")?,
         units_done: count(row, "units_done")?,

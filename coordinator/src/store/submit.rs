@@ -20,6 +20,8 @@ pub struct NewJob {
     pub settings: RenderSettings,
     /// The scene's way from radiance to a picture.
     pub post: Post,
+    /// Frames of the scene's animation per second.
+    pub fps: Option<f64>,
     /// Higher is served first.
     pub priority: i32,
     /// The client's idempotency key, and the hash of the body it came with.
@@ -89,10 +91,12 @@ async fn insert_job(
     let pixels = u64::from(new.settings.width) * u64::from(new.settings.height);
     let samples_total = pixels * 2 * u64::from(plan.samples_per_half()) * frames;
     let text = |what, value: Result<String, serde_json::Error>| value.map_err(|e| corrupt(what, e));
+    let fps = new.fps.as_ref().map(serde_json::to_string);
+    let fps = fps.map(|fps| text("fps", fps)).transpose()?;
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
-         tiles, blocks, samples_total, submitted_ms) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+         tiles, blocks, samples_total, submitted_ms, fps) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
     )
     .bind(id)
     .bind(&new.name)
@@ -106,6 +110,7 @@ async fn insert_job(
     .bind(i64::from(plan.blocks()))
     .bind(big(samples_total))
     .bind(now_ms)
+    .bind(fps)
     .execute(&mut **tx)
     .await
     .attempt("insert job")?;

@@ -73,7 +73,7 @@ async fn submissions_are_checked() {
                 width: Some(8192),
                 height: Some(8192),
                 samples: Some(1 << 24),
-                seed: None,
+                ..good.settings
             },
             "units",
         ),

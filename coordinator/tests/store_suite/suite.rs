@@ -16,6 +16,7 @@ pub(crate) const SETTINGS: RenderSettings = RenderSettings {
     samples: 512,
     seed: 0,
     frames: 3,
+    first_frame: 5,
 };
 
 pub(crate) async fn submit(store: &Store) -> JobId {
@@ -27,6 +28,7 @@ pub(crate) async fn submit(store: &Store) -> JobId {
         },
         settings: SETTINGS,
         post: shearwater_shared::scene::Post::default(),
+        fps: Some(24.0),
         priority: 0,
         idempotency: None,
     };

@@ -292,6 +292,7 @@ mod tests {
             samples: 8,
             seed: 0,
             frames: 1,
+            first_frame: 0,
         });
         let tiles: Vec<TileFilm> = (0..plan.tiles())
             .map(|t| {

@@ -51,6 +51,7 @@ fn measure(name: &str, description: &SceneDescription, assets: &Assets, samples:
         samples: 2 * samples,
         seed: 0,
         frames: 1,
+        first_frame: 0,
     };
     let start = Instant::now();
     let scene = match Scene::build(description, assets, &settings, 0, BuildOptions::default()) {

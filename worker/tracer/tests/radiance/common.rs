@@ -106,6 +106,7 @@ pub(crate) fn scene(
         samples: 2,
         seed,
         frames: 1,
+        first_frame: 0,
     };
     Scene::build(&description, &assets, &settings, 0, options)
         .expect("a scene that builds")

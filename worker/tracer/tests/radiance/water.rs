@@ -47,6 +47,7 @@ fn the_shutter_blurs_the_water_only() {
             samples: 2,
             seed: 1,
             frames: 1,
+            first_frame: 0,
         };
         let options = BuildOptions::default();
         let scene = Scene::build(&description, &Assets::new(), &settings, 0, options)

@@ -1,0 +1,97 @@
+//! `GET /v1/jobs/{id}/frames`: each frame's state, film hash and error.
+
+use super::extract::{Segment, job_id, no_job, query};
+use super::problem::ApiError;
+use crate::app::App;
+use crate::store::{FrameRow, JobRow};
+use axum::Json;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
+use serde::Deserialize;
+use shearwater_shared::api::{FramePage, FrameState, FrameView};
+use shearwater_shared::film::join_errors;
+use std::sync::Arc;
+
+/// Frames on a page when the client does not say.
+const PAGE_SIZE: u32 = 100;
+/// Most frames on a page: an answer of about 300 KiB.
+const PAGE_SIZE_MAX: u32 = 1000;
+
+/// Query of a listing.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct FramesQuery {
+    page_size: Option<u32>,
+    page_token: Option<String>,
+}
+
+/// A page of a job's frames, whether they have begun or not.
+pub(crate) async fn list(
+    State(app): State<Arc<App>>,
+    Segment(id): Segment,
+    params: Result<Query<FramesQuery>, QueryRejection>,
+) -> Result<Json<FramePage>, ApiError> {
+    let params = query(params)?;
+    let id = job_id(&id)?;
+    let job = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
+    let limit = params
+        .page_size
+        .unwrap_or(PAGE_SIZE)
+        .clamp(1, PAGE_SIZE_MAX);
+    let from: u32 = match params.page_token.as_deref() {
+        None | Some("") => 0,
+        Some(token) => token.parse().map_err(|_| {
+            ApiError::BadRequest("page_token: pass the next_page_token of the last answer".into())
+        })?,
+    };
+    let end = from.saturating_add(limit).min(job.settings.frames);
+    let mut rows = app
+        .store
+        .frames(id, from, limit)
+        .await?
+        .into_iter()
+        .peekable();
+    let mut frames = Vec::new();
+    for frame in from..end {
+        let row = rows.next_if(|row| row.frame == frame);
+        frames.push(view(&app, &job, frame, row).await?);
+    }
+    Ok(Json(FramePage {
+        frames,
+        next_page_token: (end < job.settings.frames).then(|| end.to_string()),
+    }))
+}
+
+async fn view(
+    app: &App,
+    job: &JobRow,
+    frame: u32,
+    row: Option<FrameRow>,
+) -> Result<FrameView, ApiError> {
+    let row = row.unwrap_or(FrameRow {
+        frame,
+        units_done: 0,
+        film_hash: None,
+        error: None,
+    });
+    let state = match (&row.film_hash, row.units_done) {
+        (Some(_), _) => FrameState::Done,
+        (None, 0) => FrameState::Waiting,
+        (None, _) => FrameState::Running,
+    };
+    // Few frames run at a time; finished ones keep their error.
+    let error = match row.error {
+        None if row.units_done > 0 => {
+            join_errors(app.store.tile_errors(job.id, frame).await?.into_iter())
+        }
+        known => known,
+    };
+    Ok(FrameView {
+        frame: job.settings.absolute_frame(frame),
+        state,
+        units_done: row.units_done,
+        units_total: job.plan().units_per_frame(),
+        film_hash: row.film_hash,
+        error,
+    })
+}

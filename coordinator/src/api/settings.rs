@@ -1,0 +1,126 @@
+//! From what a submission overrides and what its scene says to the settings of
+//! the job.
+
+use super::problem::ApiError;
+use shearwater_shared::api::SettingsOverride;
+use shearwater_shared::job::RenderSettings;
+use shearwater_shared::limits;
+use shearwater_shared::plan::Plan;
+use shearwater_shared::scene::SceneDescription;
+
+/// The settings of a job, checked. `animated` is the number of frames of the
+/// scene's animation, if it has one.
+pub(super) fn merged(
+    given: &SettingsOverride,
+    scene: &SceneDescription,
+    animated: Option<u32>,
+) -> Result<RenderSettings, ApiError> {
+    let first_frame = given.first_frame.unwrap_or(0);
+    let settings = RenderSettings {
+        width: given.width.unwrap_or(scene.image.width),
+        height: given.height.unwrap_or(scene.image.height),
+        samples: given.samples.unwrap_or(scene.job.samples),
+        seed: given.seed.unwrap_or(0),
+        frames: frames(given, first_frame, animated)?,
+        first_frame,
+    };
+    settings
+        .validate()
+        .map_err(|e| ApiError::Invalid(e.to_string()))?;
+    let units = Plan::new(&settings).units_per_frame();
+    if units > limits::FRAME_UNITS_MAX {
+        return Err(ApiError::Invalid(format!(
+            "settings: {units} units of work per frame, at most {}; fewer samples or pixels",
+            limits::FRAME_UNITS_MAX
+        )));
+    }
+    Ok(settings)
+}
+
+fn frames(
+    given: &SettingsOverride,
+    first_frame: u32,
+    animated: Option<u32>,
+) -> Result<u32, ApiError> {
+    let still = |field: &str, value: u32, only: u32| {
+        Err(ApiError::Invalid(format!(
+            "settings.{field} is {value}: the scene has no `animation`, so that all its frames \
+             would be one picture; expected {only}, or add `animation` to the scene"
+        )))
+    };
+    match (animated, given.frames) {
+        (None, _) if first_frame > 0 => still("first_frame", first_frame, 0),
+        (None, Some(frames)) if frames > 1 => still("frames", frames, 1),
+        (_, Some(frames)) => Ok(frames),
+        (None, None) => Ok(1),
+        (Some(animated), None) if first_frame < animated => Ok(animated - first_frame),
+        (Some(animated), None) => Err(ApiError::Invalid(format!(
+            "settings.first_frame is {first_frame}: the scene's animation has frames 0 to {}; \
+             name settings.frames to go beyond its end",
+            animated.saturating_sub(1)
+        ))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shearwater_shared::scene;
+
+    const STILL: &str = r#"{
+      "version": 1, "name": "n", "image": { "width": 96, "height": 80 },
+      "camera": { "position_m": [0, 0, 5], "target_m": [0, 0, 0], "vertical_fov_deg": 40 }
+    }"#;
+
+    fn settings(
+        frames: Option<u32>,
+        first_frame: Option<u32>,
+        animated: Option<u32>,
+    ) -> Result<(u32, u32), String> {
+        let scene = scene::parse(STILL.as_bytes()).expect("scene");
+        let given = SettingsOverride {
+            frames,
+            first_frame,
+            ..SettingsOverride::default()
+        };
+        merged(&given, &scene, animated)
+            .map(|settings| (settings.first_frame, settings.frames))
+            .map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn a_still_has_one_frame() {
+        assert_eq!(settings(None, None, None), Ok((0, 1)));
+        assert_eq!(settings(Some(1), Some(0), None), Ok((0, 1)));
+        for (frames, first, field) in [
+            (Some(2), None, "settings.frames is 2"),
+            (None, Some(1), "settings.first_frame is 1"),
+            (Some(1), Some(1), "settings.first_frame is 1"),
+        ] {
+            let error = settings(frames, first, None).expect_err("no animation");
+            assert!(
+                error.contains(field) && error.contains("no `animation`"),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn an_animation_gives_its_frames_and_may_be_cut() {
+        let animated = Some(72);
+        assert_eq!(settings(None, None, animated), Ok((0, 72)));
+        assert_eq!(settings(None, Some(70), animated), Ok((70, 2)));
+        assert_eq!(settings(Some(3), Some(80), animated), Ok((80, 3)));
+        let error = settings(None, Some(72), animated).expect_err("beyond the end");
+        assert!(error.contains("frames 0 to 71"), "{error}");
+        for (frames, first) in [
+            (Some(0), None),
+            (Some(limits::FRAMES_MAX + 1), None),
+            (Some(2), Some(limits::FRAMES_MAX - 1)),
+            (Some(2), Some(u32::MAX)),
+        ] {
+            let error = settings(frames, first, animated).expect_err("out of range");
+            assert!(error.contains("expected"), "{error}");
+        }
+    }
+}

@@ -1,0 +1,183 @@
+//! Frames of a job: how far each one is, its film and its error.
+
+use super::error::{Attempt, StoreError, corrupt};
+use super::open::Store;
+use super::rows::{count, hash, optional_text, small};
+use shearwater_shared::film::ErrorEstimate;
+use shearwater_shared::hash::ContentHash;
+use shearwater_shared::job::JobId;
+use sqlx::Any;
+use sqlx::any::AnyRow;
+
+/// A frame whose rows are made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameRow {
+    /// The job's number of it, from 0.
+    pub frame: u32,
+    /// Units counted.
+    pub units_done: u64,
+    /// Hash of its film, once that is final.
+    pub film_hash: Option<ContentHash>,
+    /// Error of its final film.
+    pub error: Option<ErrorEstimate>,
+}
+
+const COLUMNS: &str = "frame, units_done, film_hash, error";
+
+impl Store {
+    /// At most `limit` frames from number `from` on, in order: those that have
+    /// rows.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn frames(
+        &self,
+        job: JobId,
+        from: u32,
+        limit: u32,
+    ) -> Result<Vec<FrameRow>, StoreError> {
+        let end = i64::from(from) + i64::from(limit);
+        self.frame_rows("frame >= $2 AND frame < $3 ORDER BY frame", job, from, end)
+            .await
+    }
+
+    /// One frame; `None` when its rows are not made yet.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn frame(&self, job: JobId, frame: u32) -> Result<Option<FrameRow>, StoreError> {
+        let mut rows = self.frames(job, frame, 1).await?;
+        Ok(rows.pop())
+    }
+
+    /// The finished frame with the largest NMSE, the earliest of equal ones;
+    /// `None` before the first is finished.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn worst_frame(&self, job: JobId) -> Result<Option<FrameRow>, StoreError> {
+        let mut rows = self
+            .frame_rows(
+                "frame >= $2 AND nmse_pico IS NOT NULL \
+                 AND nmse_pico = (SELECT max(nmse_pico) FROM frame WHERE job = $1 \
+                 AND nmse_pico IS NOT NULL) ORDER BY frame LIMIT $3",
+                job,
+                0,
+                1,
+            )
+            .await?;
+        Ok(rows.pop())
+    }
+
+    // The condition is ours; it sees $2 and $3.
+    async fn frame_rows(
+        &self,
+        condition: &'static str,
+        job: JobId,
+        from: u32,
+        last: i64,
+    ) -> Result<Vec<FrameRow>, StoreError> {
+        let sql = format!("SELECT {COLUMNS} FROM frame WHERE job = $1 AND {condition}");
+        sqlx::query::<Any>(sqlx::AssertSqlSafe(sql))
+            .bind(job.0)
+            .bind(i64::from(from))
+            .bind(last)
+            .fetch_all(&self.read)
+            .await
+            .attempt("read frames")?
+            .iter()
+            .map(frame_row)
+            .collect()
+    }
+
+    /// Film hashes of at most `limit` finished frames, with their numbers.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn film_hashes(
+        &self,
+        id: JobId,
+        limit: u32,
+    ) -> Result<Vec<(u32, ContentHash)>, StoreError> {
+        sqlx::query(
+            "SELECT frame, film_hash FROM frame WHERE job = $1 AND film_hash IS NOT NULL \
+             ORDER BY frame LIMIT $2",
+        )
+        .bind(id.0)
+        .bind(i64::from(limit))
+        .fetch_all(&self.read)
+        .await
+        .attempt("read film hashes")?
+        .iter()
+        .map(|row| Ok((small(row, "frame")?, hash(row, "film_hash")?)))
+        .collect()
+    }
+
+    /// Store a frame's film hash and error, once; with the last frame the job is
+    /// done. False when another was faster.
+    ///
+    /// # Errors
+    /// The database failed; the frame is as before.
+    pub async fn finish_frame(
+        &self,
+        job: JobId,
+        frame: u32,
+        film_hash: &ContentHash,
+        error: Option<&ErrorEstimate>,
+        now_ms: i64,
+    ) -> Result<bool, StoreError> {
+        let text = error.map(serde_json::to_string).transpose();
+        let text = text.map_err(|e| corrupt("frame error", e))?;
+        let mut tx = self.begin().await?;
+        let first = sqlx::query(
+            "UPDATE frame SET film_hash = $3, error = $4, nmse_pico = $5 \
+             WHERE job = $1 AND frame = $2 AND film_hash IS NULL",
+        )
+        .bind(job.0)
+        .bind(i64::from(frame))
+        .bind(film_hash.to_string())
+        .bind(text)
+        .bind(error.map(|error| pico(error.nmse)))
+        .execute(&mut *tx)
+        .await
+        .attempt("store film hash")?;
+        if first.rows_affected() != 1 {
+            return Ok(false);
+        }
+        let live = sqlx::query(
+            "UPDATE job SET frames_done = frames_done + 1, rev = rev + 1, \
+             finished_ms = CASE WHEN frames_done + 1 = frames THEN $2 ELSE NULL END \
+             WHERE id = $1 AND finished_ms IS NULL",
+        )
+        .bind(job.0)
+        .bind(now_ms)
+        .execute(&mut *tx)
+        .await
+        .attempt("count frame")?;
+        if live.rows_affected() != 1 {
+            return Ok(false);
+        }
+        tx.commit().await.attempt("commit frame")?;
+        Ok(true)
+    }
+}
+
+/// In 10^-12, to be ordered as an integer; `as` saturates, and a NaN becomes 0.
+fn pico(nmse: f64) -> i64 {
+    (nmse * 1e12) as i64
+}
+
+fn frame_row(row: &AnyRow) -> Result<FrameRow, StoreError> {
+    let film_hash = optional_text(row, "film_hash")?
+        .map(|text| text.parse().map_err(|e| corrupt("film_hash", e)))
+        .transpose()?;
+    let error = optional_text(row, "error")?
+        .map(|text| serde_json::from_str(&text).map_err(|e| corrupt("error", e)))
+        .transpose()?;
+    Ok(FrameRow {
+        frame: small(row, "frame")?,
+        units_done: count(row, "units_done")?,
+        film_hash,
+        error,
+    })
+}
