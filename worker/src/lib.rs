@@ -7,6 +7,7 @@
 //! it cannot finish. No choice made here changes a pixel.
 
 mod assets;
+mod built;
 mod client;
 mod config;
 mod error;

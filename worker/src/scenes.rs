@@ -1,6 +1,8 @@
-//! Built scenes: fetch, parse and build once, keep the last few.
+//! Scenes: fetch and parse once, build what all frames share once and each frame
+//! once, keep the last few.
 
 use crate::assets::AssetCache;
+use crate::built::Built;
 use crate::client::{CallError, Client};
 use crate::phase::{Phase, PhaseRx};
 use crate::retry::{Ended, until_answered};
@@ -8,15 +10,12 @@ use shearwater_shared::api::{FailureKind, Lease, Problem};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{Manifest, RenderSettings};
 use shearwater_shared::{limits, scene};
-use shearwater_tracer::{Assets, BuildOptions, BuildReport, Scene};
+use shearwater_tracer::{Assets, BuildOptions, Scene, Stage};
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
-
-/// Built scenes that are kept: the one that renders and the one that comes
-/// next; each may take gigabytes.
-const SCENES_KEPT: usize = 2;
+use std::time::Instant;
 
 /// Damaged copies of one asset before it counts as damaged where it is stored:
 /// a bad line damages one or two.
@@ -31,11 +30,37 @@ pub(crate) enum SceneFailure {
     Stopped,
 }
 
-#[derive(Debug, PartialEq)]
-struct Key {
-    manifest: ContentHash,
-    settings: RenderSettings,
+/// What tells two frames of one stage apart. The number of a job's frames is
+/// not in it: jobs that cut one film in another way share its frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct FrameKey {
+    width: u32,
+    height: u32,
+    samples: u32,
+    seed: u64,
+    /// The scene's number of the frame.
     frame: u32,
+}
+
+impl FrameKey {
+    fn new(settings: &RenderSettings, frame: u32) -> Self {
+        // Named one by one: a new setting must be thought of here.
+        let RenderSettings {
+            width,
+            height,
+            samples,
+            seed,
+            frames: _,
+            first_frame: _,
+        } = *settings;
+        Self {
+            width,
+            height,
+            samples,
+            seed,
+            frame: settings.absolute_frame(frame),
+        }
+    }
 }
 
 /// The built scenes of one worker.
@@ -45,8 +70,7 @@ pub(crate) struct Scenes {
     phase: PhaseRx,
     threads: usize,
     portable_simd: bool,
-    // Most recently used last.
-    built: Vec<(Key, Arc<Scene>)>,
+    built: Built<ContentHash, Stage, FrameKey, Scene>,
 }
 
 impl Scenes {
@@ -64,35 +88,66 @@ impl Scenes {
             phase,
             threads,
             portable_simd,
-            built: Vec::new(),
+            built: Built::new(),
         }
     }
 
-    /// The scene of one frame of a lease.
+    /// The scene of one frame of a lease; `frame` is the job's number of it.
     pub(crate) async fn get(
         &mut self,
         lease: &Lease,
         frame: u32,
     ) -> Result<Arc<Scene>, SceneFailure> {
-        let key = Key {
-            manifest: lease.manifest.key(),
-            settings: lease.settings,
-            frame,
-        };
-        if let Some(at) = self.built.iter().position(|(other, _)| *other == key) {
-            let entry = self.built.remove(at);
-            let scene = entry.1.clone();
-            self.built.push(entry);
+        let manifest = lease.manifest.key();
+        let key = FrameKey::new(&lease.settings, frame);
+        if let Some(scene) = self.built.frame(&manifest, &key) {
             return Ok(scene);
         }
-        // Make room first: two scenes of one job need not fit beside a third.
-        while self.built.len() >= SCENES_KEPT {
-            self.built.remove(0);
-        }
-        let files = self.fetch(&lease.manifest).await?;
-        let scene = self.build(files, lease.settings, frame).await?;
-        self.built.push((key, scene.clone()));
+        let stage = self.stage(&lease.manifest, manifest).await?;
+        let settings = lease.settings;
+        let started = Instant::now();
+        let scene = self
+            .compute("building a frame", move || {
+                let scene = stage.frame(&settings, key.frame);
+                scene.map_err(|error| (FailureKind::Scene, error.to_string()))
+            })
+            .await?;
+        let seconds = started.elapsed().as_secs_f64();
+        tracing::info!(frame = key.frame, seconds, "frame built");
+        let scene = Arc::new(scene);
+        self.built.put_frame(&manifest, key, scene.clone());
         Ok(scene)
+    }
+
+    /// What all frames of a scene share.
+    async fn stage(
+        &mut self,
+        manifest: &Manifest,
+        key: ContentHash,
+    ) -> Result<Arc<Stage>, SceneFailure> {
+        if let Some(stage) = self.built.stage(&key) {
+            return Ok(stage);
+        }
+        self.built.make_room();
+        let (scene, assets) = self.fetch(manifest).await?;
+        let portable_simd = self.portable_simd;
+        let started = Instant::now();
+        let build = move || {
+            let options = BuildOptions { portable_simd };
+            scene::parse(&scene)
+                .and_then(|description| Stage::build(&description, &assets, options))
+                .map_err(|error| (FailureKind::Scene, error.to_string()))
+        };
+        let (stage, report) = self.compute("building the scene", build).await?;
+        let seconds = started.elapsed().as_secs_f64();
+        let (triangles, particles) = (report.triangles, report.particles);
+        tracing::info!(seconds, triangles, particles, portable_simd, "stage built");
+        for note in &report.notes {
+            tracing::warn!("{note}");
+        }
+        let stage = Arc::new(stage);
+        self.built.put_stage(key, stage.clone());
+        Ok(stage)
     }
 
     async fn fetch(&self, manifest: &Manifest) -> Result<(Arc<[u8]>, Assets), SceneFailure> {
@@ -148,59 +203,35 @@ impl Scenes {
             })
     }
 
-    async fn build(
+    /// Compute off the asynchronous threads, with the threads that the user gave;
+    /// a panic is a failure of this worker.
+    async fn compute<T: Send + 'static>(
         &self,
-        (scene, assets): (Arc<[u8]>, Assets),
-        settings: RenderSettings,
-        frame: u32,
-    ) -> Result<Arc<Scene>, SceneFailure> {
-        let (threads, portable_simd) = (self.threads, self.portable_simd);
-        let started = std::time::Instant::now();
-        let work = move || {
-            let build = || build_scene(&scene, &assets, settings, frame, portable_simd);
-            catch_unwind(AssertUnwindSafe(|| in_pool(threads, build))).unwrap_or_else(|panic| {
-                let text = format!("building the scene: {}", panic_text(&*panic));
+        what: &'static str,
+        work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
+    ) -> Result<T, SceneFailure> {
+        let threads = self.threads;
+        let caught = move || {
+            catch_unwind(AssertUnwindSafe(|| in_pool(threads, work))).unwrap_or_else(|panic| {
+                let text = format!("{what}: {}", panic_text(&*panic));
                 Err((FailureKind::Worker, text))
             })
         };
-        let (scene, report) = tokio::task::spawn_blocking(work)
+        tokio::task::spawn_blocking(caught)
             .await
             .map_err(|e| SceneFailure::Report(FailureKind::Worker, e.to_string()))?
-            .map_err(|(kind, text)| SceneFailure::Report(kind, text))?;
-        let seconds = started.elapsed().as_secs_f64();
-        let (triangles, particles) = (report.triangles, report.particles);
-        tracing::info!(
-            frame,
-            seconds,
-            triangles,
-            particles,
-            portable_simd,
-            "scene built"
-        );
-        for note in &report.notes {
-            tracing::warn!("{note}");
-        }
-        Ok(Arc::new(scene))
+            .map_err(|(kind, text)| SceneFailure::Report(kind, text))
     }
 }
 
-type Built = Result<(Scene, BuildReport), (FailureKind, String)>;
+/// Whose fault, and what happened.
+type Failure = (FailureKind, String);
 
-fn build_scene(
-    scene: &[u8],
-    assets: &Assets,
-    settings: RenderSettings,
-    frame: u32,
-    portable_simd: bool,
-) -> Built {
-    let options = BuildOptions { portable_simd };
-    scene::parse(scene)
-        .and_then(|description| Scene::build(&description, assets, &settings, frame, options))
-        .map_err(|error| (FailureKind::Scene, error.to_string()))
-}
-
-/// Builds are parallel inside; they get the threads that the user gave.
-fn in_pool(threads: usize, build: impl FnOnce() -> Built + Send) -> Built {
+/// Builds are parallel inside.
+fn in_pool<T: Send>(
+    threads: usize,
+    build: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
     match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
         Ok(pool) => pool.install(build),
         Err(error) => Err((
