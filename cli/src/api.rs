@@ -5,7 +5,8 @@ use crate::scene_files::Bundle;
 use reqwest::{RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
-    JobPage, JobView, MissingRequest, MissingResponse, Problem, SettingsOverride, SubmitRequest,
+    FramePage, JobPage, JobView, MissingRequest, MissingResponse, Problem, SettingsOverride,
+    SubmitRequest,
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;
@@ -158,6 +159,19 @@ impl Api {
         self.json(self.http.get(url)).await
     }
 
+    /// One page of a job's frames, in order.
+    pub(crate) async fn frames(
+        &self,
+        id: JobId,
+        page_token: Option<&str>,
+    ) -> Result<FramePage, CliError> {
+        let mut url = self.url(&routes::fill(routes::JOB_FRAMES, &id.to_string()))?;
+        if let Some(token) = page_token {
+            url.query_pairs_mut().append_pair("page_token", token);
+        }
+        self.json(self.http.get(url)).await
+    }
+
     /// Stop a job.
     pub(crate) async fn cancel(&self, id: JobId) -> Result<(), CliError> {
         let path = routes::fill(routes::JOB_CANCEL, &id.to_string());
@@ -198,7 +212,7 @@ impl Api {
             .await
     }
 
-    /// A picture of a job, as far as it has come.
+    /// A picture of a job, as far as it has come; `frame` is the scene's number.
     pub(crate) async fn picture(
         &self,
         id: JobId,

@@ -4,9 +4,12 @@ use crate::commands::{
     cancel, coordinator, download, jobs, render, status, submit, watch, water, worker,
 };
 use crate::exit;
+use crate::frames::{self, FrameRange};
+use crate::{output, video};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use shearwater_shared::api::SettingsOverride;
+use shearwater_shared::api::{JobView, SettingsOverride};
 use shearwater_shared::limits;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Where a coordinator listens when nobody says otherwise.
@@ -33,6 +36,8 @@ Examples:
     shearwater render scenes/golden-gate/scene.json -o out
   A quick look:
     shearwater render scene.json --size 512x256 --spp 16
+  The second second of a moving picture, as numbered files and, with ffmpeg, an MP4:
+    shearwater render scenes/fly-past --frames 24..48 -o out
   A farm: one coordinator, any number of workers, jobs from anywhere:
     shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
     shearwater worker --coordinator http://farm:7788
@@ -107,6 +112,9 @@ pub(crate) struct Settings {
     /// Seed; another one gives an independent picture of the same scene [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
+    /// Frames of the animation: the first N, or A to B - 1 [default: all]
+    #[arg(long, value_name = "N|A..B")]
+    frames: Option<FrameRange>,
 }
 
 impl Settings {
@@ -117,6 +125,8 @@ impl Settings {
             height: self.size.map(|size| size.height),
             samples: self.spp,
             seed: self.seed,
+            frames: self.frames.map(|range| range.count),
+            first_frame: self.frames.map(|range| range.first),
         }
     }
 }
@@ -152,6 +162,27 @@ fn parse_spp(text: &str) -> Result<u32, String> {
         .ok()
         .filter(|n| (2..=limits::SAMPLES_MAX).contains(n) && n.is_multiple_of(2))
         .ok_or_else(|| format!("expected an even number, 2 to {}", limits::SAMPLES_MAX))
+}
+
+/// What becomes of numbered pictures.
+#[derive(Args, Debug)]
+pub(crate) struct Film {
+    /// Make no NAME.mp4 of several frames (made where ffmpeg is installed)
+    #[arg(long)]
+    no_video: bool,
+}
+
+impl Film {
+    /// The film of a job whose every frame is written to `folder`, if it is
+    /// wanted and can be made. Why it cannot is said in one line.
+    pub(crate) async fn make(&self, job: &JobView, folder: &Path) -> Option<PathBuf> {
+        if self.no_video || job.settings.frames < 2 {
+            return None;
+        }
+        let stem = frames::file_stem(&job.name);
+        let film = video::make(job, folder, &stem).await;
+        film.inspect_err(|why| output::note(why)).ok()
+    }
 }
 
 /// How a worker works on this machine.

@@ -2,6 +2,7 @@
 
 use crate::api::Api;
 use crate::exit::CliError;
+use crate::frames::FrameWriter;
 use crate::output::{duration, scaled};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use shearwater_shared::api::JobView;
@@ -28,12 +29,25 @@ pub(crate) fn bar(json: bool) -> ProgressBar {
 
 /// Ask for the job until no further change will come.
 pub(crate) async fn to_end(api: &Api, id: JobId, bar: &ProgressBar) -> Result<JobView, CliError> {
+    to_end_with(api, id, bar, None).await
+}
+
+/// The same, and write each frame when it is finished.
+pub(crate) async fn to_end_with(
+    api: &Api,
+    id: JobId,
+    bar: &ProgressBar,
+    mut writer: Option<&mut FrameWriter>,
+) -> Result<JobView, CliError> {
     let mut away_since: Option<Instant> = None;
     loop {
         match api.job(id).await {
             Ok(job) => {
                 away_since = None;
                 show(bar, &job);
+                if let Some(writer) = writer.as_deref_mut() {
+                    writer.catch_up(api, &job).await?;
+                }
                 if job.done {
                     bar.finish_and_clear();
                     return Ok(job);
@@ -56,6 +70,10 @@ fn show(bar: &ProgressBar, job: &JobView) {
     bar.set_length(job.units_total);
     bar.set_position(job.units_done);
     let mut message = format!("{} samples/s", scaled(job.samples_per_s));
+    if job.settings.frames > 1 {
+        let (done, all) = (job.frames_done, job.settings.frames);
+        message.push_str(&format!("  {done} of {all} frames"));
+    }
     if let Some(error) = &job.error {
         message.push_str(&format!("  NMSE {:.1e}", error.nmse));
     }

@@ -8,11 +8,13 @@ mod args;
 mod commands;
 mod exit;
 mod follow;
+mod frames;
 mod logging;
 mod memory;
 mod output;
 mod scene_files;
 mod signals;
+mod video;
 
 use clap::Parser;
 use std::process::ExitCode;

@@ -3,6 +3,7 @@
 use crate::exit::CliError;
 use serde_json::{Value, json};
 use shearwater_shared::api::JobView;
+use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobState;
 use std::io::{ErrorKind, Write};
 
@@ -67,6 +68,7 @@ pub(crate) fn job_text(job: &JobView) -> String {
             format!("{}x{}", job.settings.width, job.settings.height),
         ),
         ("samples", format!("{} per pixel", job.settings.samples)),
+        ("frames", frames_text(job)),
         (
             "progress",
             format!(
@@ -83,7 +85,7 @@ pub(crate) fn job_text(job: &JobView) -> String {
         rows.push(("left", duration(left)));
     }
     if let Some(error) = &job.error {
-        rows.push(("NMSE", format!("{:.3e}", error.nmse)));
+        rows.push(("NMSE", nmse_text(job, error.nmse)));
     }
     if job.bad_samples > 0 {
         rows.push(("bad samples", job.bad_samples.to_string()));
@@ -94,10 +96,40 @@ pub(crate) fn job_text(job: &JobView) -> String {
     if let Some(failure) = &job.failure {
         rows.push(("failure", failure.clone()));
     }
-    for hash in &job.film_hashes {
-        rows.push(("film hash", hash.to_string()));
-    }
+    rows.extend(film_rows(job));
     table(&rows)
+}
+
+/// A row for each film hash of a job; with several frames, after its number.
+pub(crate) fn film_rows(job: &JobView) -> Vec<(&'static str, String)> {
+    let numbers = job.settings.first_frame..;
+    let row = |(frame, hash): (u32, &ContentHash)| match job.settings.frames {
+        1 => ("film hash", hash.to_string()),
+        _ => ("film hash", format!("{frame:04} {hash}")),
+    };
+    numbers.zip(&job.film_hashes).map(row).collect()
+}
+
+/// How many frames are done, and which they are.
+fn frames_text(job: &JobView) -> String {
+    let (done, settings) = (job.frames_done, &job.settings);
+    let (all, first, last) = (settings.frames, settings.first_frame, settings.last_frame());
+    match all {
+        1 if first == 0 => format!("{done} of 1 done"),
+        1 => format!("{done} of 1 done ({first})"),
+        _ => format!("{done} of {all} done ({first} to {last})"),
+    }
+}
+
+/// A job's NMSE; with several frames, of which of them.
+pub(crate) fn nmse_text(job: &JobView, nmse: f64) -> String {
+    match job.error_frame {
+        Some(frame) if job.settings.frames > 1 && job.frames_done > 0 => {
+            format!("{nmse:.3e} (frame {frame}, the worst)")
+        }
+        Some(frame) if job.settings.frames > 1 => format!("{nmse:.3e} (frame {frame})"),
+        _ => format!("{nmse:.3e}"),
+    }
 }
 
 /// Rows of a name and a value, names padded to one width.

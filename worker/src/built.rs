@@ -51,7 +51,13 @@ impl<K: PartialEq, V> Recent<K, V> {
 /// frames, which would keep it alive.
 #[derive(Debug)]
 pub(crate) struct Built<S, Stage, F, Frame> {
-    stages: Recent<S, (Arc<Stage>, Recent<F, Arc<Frame>>)>,
+    stages: Recent<S, Staged<Stage, F, Frame>>,
+}
+
+#[derive(Debug)]
+struct Staged<Stage, F, Frame> {
+    stage: Arc<Stage>,
+    frames: Recent<F, Arc<Frame>>,
 }
 
 impl<S: PartialEq, Stage, F: PartialEq, Frame> Built<S, Stage, F, Frame> {
@@ -64,7 +70,7 @@ impl<S: PartialEq, Stage, F: PartialEq, Frame> Built<S, Stage, F, Frame> {
 
     /// A stage that is kept.
     pub(crate) fn stage(&mut self, key: &S) -> Option<Arc<Stage>> {
-        self.stages.get(key).map(|(stage, _)| stage.clone())
+        self.stages.get(key).map(|staged| staged.stage.clone())
     }
 
     /// Drop what would be dropped for another stage: two need not fit beside a
@@ -75,19 +81,20 @@ impl<S: PartialEq, Stage, F: PartialEq, Frame> Built<S, Stage, F, Frame> {
 
     /// Keep a stage.
     pub(crate) fn put_stage(&mut self, key: S, stage: Arc<Stage>) {
-        self.stages.put(key, (stage, Recent::new(FRAMES_KEPT)));
+        let frames = Recent::new(FRAMES_KEPT);
+        self.stages.put(key, Staged { stage, frames });
     }
 
     /// A frame that is kept.
     pub(crate) fn frame(&mut self, stage: &S, key: &F) -> Option<Arc<Frame>> {
-        let (_, frames) = self.stages.get(stage)?;
-        frames.get(key).map(|frame| frame.clone())
+        let frame = self.stages.get(stage)?.frames.get(key);
+        frame.map(|frame| frame.clone())
     }
 
     /// Keep a frame, as long as its stage is kept.
     pub(crate) fn put_frame(&mut self, stage: &S, key: F, frame: Arc<Frame>) {
-        if let Some((_, frames)) = self.stages.get(stage) {
-            frames.put(key, frame);
+        if let Some(staged) = self.stages.get(stage) {
+            staged.frames.put(key, frame);
         }
     }
 }

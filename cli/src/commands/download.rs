@@ -1,18 +1,21 @@
 //! `shearwater download`.
 
-use crate::api::{Api, Picture};
-use crate::args::Target;
+use crate::api::Api;
+use crate::args::{Film, Target};
 use crate::exit::CliError;
+use crate::frames::{self, FrameWriter};
 use crate::output;
 use clap::Args;
 use serde_json::json;
 use shearwater_shared::api::JobView;
-use std::path::{Path, PathBuf};
+use shearwater_shared::job::JobState;
+use std::path::PathBuf;
 
 /// Fetch the pictures of a job, finished or not
 ///
 /// Writes NAME.png (developed) and NAME.exr (linear, with albedo, normal,
-/// depth, variance and sample count).
+/// depth, variance and sample count); NAME.0000.png and so on for the frames of
+/// an animation: those that are finished, and NAME.mp4 once all are.
 #[derive(Args, Debug)]
 pub(crate) struct Download {
     /// Number of the job
@@ -20,9 +23,11 @@ pub(crate) struct Download {
     /// Folder to write to; made if need be
     #[arg(short, long, value_name = "DIR", default_value = "out")]
     output: PathBuf,
-    /// Frame number, from 0
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    frame: u32,
+    /// Only this frame of the scene, finished or not [default: all finished ones]
+    #[arg(long, value_name = "N")]
+    frame: Option<u32>,
+    #[command(flatten)]
+    film: Film,
     #[command(flatten)]
     target: Target,
 }
@@ -30,78 +35,50 @@ pub(crate) struct Download {
 pub(crate) async fn run(args: &Download, json: bool) -> Result<(), CliError> {
     let api = Api::new(&args.target.url)?;
     let job = api.job(shearwater_shared::job::JobId(args.id)).await?;
-    let files = write_pictures(&api, &job, args.frame, &args.output).await?;
+    // The only frame of a job is fetched as far as it has come.
+    let only = (job.settings.frames == 1).then_some(job.settings.first_frame);
+    let mut writer = FrameWriter::new(&args.output);
+    let mut video = None;
+    if let Some(frame) = args.frame.or(only) {
+        writer.files = frames::write_pictures(&api, &job, frame, &args.output).await?;
+    } else {
+        writer.catch_up(&api, &job).await?;
+        video = film(args, &job, &writer).await?;
+    }
     if json {
         output::object(&json!({
             "job": job.id,
             "done": job.done,
             "progress": job.progress,
-            "files": files,
+            "frames": writer.json(),
+            "files": writer.files,
+            "video": video,
         }));
     } else {
-        files.iter().for_each(|file| output::line(file.display()));
+        let files = writer.files.iter().chain(&video);
+        files.for_each(|file| output::line(file.display()));
     }
     Ok(())
 }
 
-/// Fetch both pictures of a frame and write them to `folder`.
-pub(crate) async fn write_pictures(
-    api: &Api,
+async fn film(
+    args: &Download,
     job: &JobView,
-    frame: u32,
-    folder: &Path,
-) -> Result<Vec<PathBuf>, CliError> {
-    std::fs::create_dir_all(folder).map_err(CliError::io(folder))?;
-    let mut stem = file_stem(&job.name);
-    if job.settings.frames > 1 {
-        stem = format!("{stem}.{frame:04}");
+    writer: &FrameWriter,
+) -> Result<Option<PathBuf>, CliError> {
+    let (written, all) = (writer.written().len(), job.settings.frames);
+    if written == 0 {
+        return Err(CliError::Job(format!(
+            "job {}: none of its {all} frames is finished yet; --frame {} fetches one as far as \
+             it has come",
+            job.id, job.settings.first_frame
+        )));
     }
-    let mut files = Vec::new();
-    for picture in Picture::ALL {
-        let bytes = api.picture(job.id, picture, frame).await?;
-        let file = folder.join(format!("{stem}.{}", picture.extension()));
-        write_whole(&file, &bytes)?;
-        files.push(file);
+    if job.state == JobState::Done {
+        return Ok(args.film.make(job, &args.output).await);
     }
-    Ok(files)
-}
-
-/// A viewer that watches the file must never see half of it.
-fn write_whole(file: &Path, bytes: &[u8]) -> Result<(), CliError> {
-    let mut part = file.as_os_str().to_owned();
-    part.push(".part");
-    let part = PathBuf::from(part);
-    std::fs::write(&part, bytes).map_err(CliError::io(&part))?;
-    std::fs::rename(&part, file).map_err(CliError::io(file))
-}
-
-/// A job's name as a file name: a name is a text, not a path.
-fn file_stem(name: &str) -> String {
-    let stem: String = name
-        .chars()
-        .map(|c| match c {
-            c if c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | ' ') => c,
-            _ => '_',
-        })
-        .collect();
-    let stem = stem.trim_matches(['.', ' ']);
-    if stem.is_empty() {
-        "picture".to_owned()
-    } else {
-        stem.to_owned()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::file_stem;
-
-    #[test]
-    fn names_never_leave_the_folder() {
-        assert_eq!(file_stem("golden-gate"), "golden-gate");
-        assert_eq!(file_stem("../../etc/passwd"), "_.._etc_passwd");
-        assert_eq!(file_stem(".."), "picture");
-        assert_eq!(file_stem(""), "picture");
-        assert_eq!(file_stem("a\0b\nc\\d"), "a_b_c_d");
-    }
+    output::note(format_args!(
+        "{written} of {all} frames are finished; the film is made of all of them"
+    ));
+    Ok(None)
 }

@@ -46,17 +46,18 @@ pub(crate) async fn run(args: &Jobs, json: bool) -> Result<(), CliError> {
 
 fn print_table(jobs: &[JobView]) {
     output::line(format_args!(
-        "{:>6}  {:9}  {:>7}  {:>11}  {:>6}  NAME",
-        "ID", "STATE", "DONE", "SIZE", "SPP"
+        "{:>6}  {:9}  {:>7}  {:>11}  {:>6}  {:>6}  NAME",
+        "ID", "STATE", "DONE", "SIZE", "SPP", "FRAMES"
     ));
     for job in jobs {
         let size = format!("{}x{}", job.settings.width, job.settings.height);
         output::line(format_args!(
-            "{:>6}  {:9}  {:>5.1} %  {size:>11}  {:>6}  {}",
+            "{:>6}  {:9}  {:>5.1} %  {size:>11}  {:>6}  {:>6}  {}",
             job.id.0,
             output::state_text(job.state),
             job.progress * 100.0,
             job.settings.samples,
+            job.settings.frames,
             job.name
         ));
     }

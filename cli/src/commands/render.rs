@@ -1,9 +1,10 @@
 //! `shearwater render`: a farm of one machine.
 
-use crate::api::Api;
-use crate::args::{Local, Settings};
-use crate::commands::{coordinator, download};
+use crate::api::{Api, Picture};
+use crate::args::{Film, Local, Settings};
+use crate::commands::coordinator;
 use crate::exit::CliError;
+use crate::frames::{self, FrameWriter};
 use crate::scene_files::{self, Bundle};
 use crate::{follow, memory, output, signals};
 use clap::Args;
@@ -16,8 +17,9 @@ use tokio::sync::oneshot;
 /// Render a scene on this machine
 ///
 /// Starts the real coordinator on a free local port with a temporary store and
-/// the real worker beside it, and writes NAME.png and NAME.exr. The film hash
-/// that it prints is the same on every machine, with any number of threads.
+/// the real worker beside it, and writes NAME.png and NAME.exr. A scene with
+/// `animation` gives NAME.0000.png and so on, each as soon as it is finished,
+/// and NAME.mp4 where ffmpeg is installed. The film hash that it prints is the same on every machine, with any number of threads.
 ///
 /// Example: shearwater render scenes/golden-gate/scene.json --size 512x256 --spp 64 -o out
 #[derive(Args, Debug)]
@@ -30,13 +32,19 @@ pub(crate) struct Render {
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
+    film: Film,
+    #[command(flatten)]
     local: Local,
 }
+
+/// Files named one by one; of more, only the first and the last.
+const FILES_LISTED_MAX: usize = 8;
 
 /// What a render gave.
 struct Rendered {
     job: JobView,
-    files: Vec<PathBuf>,
+    frames: FrameWriter,
+    video: Option<PathBuf>,
 }
 
 pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
@@ -100,29 +108,24 @@ async fn submit_and_wait(
     let api = Api::new(url)?;
     let settings = args.settings.to_override();
     let job = api.submit(bundle, None, settings, 0).await?;
-    let job = follow::to_end(&api, job.id, &follow::bar(json)).await?;
+    let mut frames = FrameWriter::new(&args.output);
+    let job = follow::to_end_with(&api, job.id, &follow::bar(json), Some(&mut frames)).await?;
     CliError::of_job(&job)?;
-    let files = write(&api, &job, &args.output).await?;
-    Ok(Rendered { job, files })
-}
-
-async fn write(api: &Api, job: &JobView, folder: &Path) -> Result<Vec<PathBuf>, CliError> {
-    let mut files = Vec::new();
-    for frame in 0..job.settings.frames {
-        files.extend(download::write_pictures(api, job, frame, folder).await?);
-    }
-    Ok(files)
+    let video = args.film.make(&job, &args.output).await;
+    Ok(Rendered { job, frames, video })
 }
 
 fn report(rendered: &Rendered, total_s: f64, json: bool) {
     let job = &rendered.job;
-    let film_hash = job.film_hashes.first().map(ToString::to_string);
+    let frames = rendered.frames.written();
+    let hashes: Vec<_> = frames.values().map(|frame| frame.film_hash).collect();
     let nmse = job.error.map(|error| error.nmse);
     let peak = memory::peak_bytes();
     if json {
         output::object(&json!({
-            "film_hash": film_hash,
-            "film_hashes": job.film_hashes,
+            "film_hash": hashes.first(),
+            "film_hashes": hashes,
+            "frames": rendered.frames.json(),
             "scene_hash": job.scene_hash,
             "name": job.name,
             "width": job.settings.width,
@@ -139,20 +142,21 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
             "bad_samples": job.bad_samples,
             "depth_cap_hits": job.depth_cap_hits,
             "peak_memory_bytes": peak,
-            "files": rendered.files,
+            "files": rendered.frames.files,
+            "video": rendered.video,
         }));
         return;
     }
-    let mut rows = vec![
-        ("film hash", film_hash.unwrap_or_default()),
+    let mut rows = output::film_rows(job);
+    rows.extend([
         ("samples/s", output::scaled(job.samples_per_s)),
         (
             "seconds",
             format!("{:.2} ({total_s:.2} in all)", job.elapsed_s),
         ),
-    ];
+    ]);
     if let Some(nmse) = nmse {
-        rows.push(("NMSE", format!("{nmse:.3e}")));
+        rows.push(("NMSE", output::nmse_text(job, nmse)));
     }
     if let Some(peak) = peak {
         rows.push(("peak memory", format!("{} MiB", peak >> 20)));
@@ -160,8 +164,38 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
     if job.bad_samples > 0 {
         rows.push(("bad samples", job.bad_samples.to_string()));
     }
-    for file in &rendered.files {
-        rows.push(("wrote", file.display().to_string()));
-    }
+    rows.extend(written(rendered));
     output::line(output::table(&rows));
+}
+
+/// A row for each file; of many, the first and the last of each kind.
+fn written(rendered: &Rendered) -> Vec<(&'static str, String)> {
+    let files = &rendered.frames.files;
+    let line = |text: String| ("wrote", text);
+    let mut rows: Vec<_> = if files.len() <= FILES_LISTED_MAX {
+        files
+            .iter()
+            .map(|file| line(file.display().to_string()))
+            .collect()
+    } else {
+        let job = &rendered.job;
+        let stem = |frame| frames::stem(job, frame);
+        let (first, last) = (job.settings.first_frame, job.settings.last_frame());
+        let folder = files.first().and_then(|file| file.parent());
+        let folder = folder.unwrap_or(Path::new(""));
+        Picture::ALL
+            .map(|picture| {
+                let ending = picture.extension();
+                let from = folder.join(format!("{}.{ending}", stem(first)));
+                line(format!("{} to {}.{ending}", from.display(), stem(last)))
+            })
+            .into()
+    };
+    rows.extend(
+        rendered
+            .video
+            .iter()
+            .map(|film| line(film.display().to_string())),
+    );
+    rows
 }

@@ -2,6 +2,7 @@
 
 mod assets;
 mod farm;
+mod frames;
 mod hostile;
 mod jobs;
 mod leases;

@@ -5,7 +5,7 @@ use shearwater_coordinator::store::{
     Claimed, CommitOutcome, FoldTask, FrameTile, JobFilter, NewJob, PartRecord, ReadyQuery, Store,
     Submitted,
 };
-use shearwater_shared::film::TileError;
+use shearwater_shared::film::{ErrorEstimate, TileError};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
 use shearwater_shared::plan::{Plan, Run};
@@ -20,13 +20,17 @@ pub(crate) const SETTINGS: RenderSettings = RenderSettings {
 };
 
 pub(crate) async fn submit(store: &Store) -> JobId {
+    submit_frames(store, SETTINGS.frames).await
+}
+
+async fn submit_frames(store: &Store, frames: u32) -> JobId {
     let new = NewJob {
         name: "job".into(),
         manifest: Manifest {
             scene: ContentHash::of(b"scene"),
             files: [].into(),
         },
-        settings: SETTINGS,
+        settings: RenderSettings { frames, ..SETTINGS },
         post: shearwater_shared::scene::Post::default(),
         fps: Some(24.0),
         priority: 0,
@@ -75,6 +79,8 @@ pub(crate) fn part(job: JobId, run: Run, lease: i64, nonce: u64) -> PartRecord {
 
 pub(crate) async fn run(store: &Store) {
     frames_are_made_when_they_are_needed(store).await;
+    ten_thousand_frames_are_submitted_at_once(store).await;
+    the_worst_frame_is_known(store).await;
     racing_overlapping_commits_never_tear(store).await;
     racing_folds_take_every_part_once(store).await;
     what_ended_stays_ended(store).await;
@@ -109,6 +115,55 @@ async fn frames_are_made_when_they_are_needed(store: &Store) {
     assert_eq!(units, 3 * 16, "every unit of every frame, once");
     let row = store.job(job).await.expect("read").expect("job");
     assert_eq!((row.units_leased, row.units_total()), (48, 48));
+}
+
+async fn ten_thousand_frames_are_submitted_at_once(store: &Store) {
+    const FRAMES: u32 = 10_000;
+    let started = std::time::Instant::now();
+    let job = submit_frames(store, FRAMES).await;
+    let submitted = started.elapsed();
+    let rows = async || store.frames(job, 0, FRAMES).await.expect("frames").len();
+    assert_eq!(rows().await, 0, "no row before the first claim");
+    let started = std::time::Instant::now();
+    let first = claim(store, job, 16, 1, 100).await.expect("frame 0");
+    let claimed = started.elapsed();
+    assert_eq!((first.runs.len(), rows().await), (8, 1));
+    // A small claim of a large worker: some frames at once, never all.
+    claim(store, job, 8192, 1, 100).await.expect("more frames");
+    assert!((2..=16).contains(&rows().await), "{}", rows().await);
+    let row = store.job(job).await.expect("read").expect("job");
+    assert_eq!(row.units_total(), 160_000);
+    eprintln!("{FRAMES} frames: submitted in {submitted:?}, first claim {claimed:?}");
+    // One row and one frame's rows; ten thousand frames' would take a minute.
+    assert!(submitted.as_secs() < 2 && claimed.as_secs() < 2);
+    assert!(store.cancel(job, 2).await.expect("cancel"));
+}
+
+async fn the_worst_frame_is_known(store: &Store) {
+    let job = submit_frames(store, 4).await;
+    while claim(store, job, 64, 1, 100).await.is_some() {}
+    assert_eq!(store.worst_frame(job).await.expect("read"), None);
+    let error = |nmse| ErrorEstimate {
+        mse: 1.0,
+        nmse,
+        worst_tile_nmse: nmse,
+        worst_tile: 0,
+    };
+    for (frame, nmse, worst) in [(2, 1e-3, 2), (0, 0.0, 2), (3, 2e-3, 3), (1, 2e-3, 1)] {
+        let (hash, error) = (ContentHash::of(b"film"), error(nmse));
+        let finish = async || {
+            let done = store.finish_frame(job, frame, &hash, Some(&error), 5).await;
+            done.expect("finish")
+        };
+        assert!(finish().await);
+        assert!(!finish().await, "once");
+        let row = store.worst_frame(job).await.expect("read").expect("frame");
+        assert_eq!(row.frame, worst, "the earliest of the worst");
+        let row = store.frame(job, frame).await.expect("read").expect("frame");
+        assert_eq!((row.film_hash, row.error), (Some(hash), Some(error)));
+    }
+    let row = store.job(job).await.expect("read").expect("job");
+    assert_eq!((row.frames_done, row.finished_ms), (4, Some(5)));
 }
 
 async fn racing_overlapping_commits_never_tear(store: &Store) {
