@@ -8,14 +8,13 @@ use shearwater_shared::limits;
 use shearwater_shared::plan::Plan;
 use shearwater_shared::scene::SceneDescription;
 
-/// The settings of a job, checked. `animated` is the number of frames of the
-/// scene's animation, if it has one.
+/// The settings of a job, checked.
 pub(super) fn merged(
     given: &SettingsOverride,
     scene: &SceneDescription,
-    animated: Option<u32>,
 ) -> Result<RenderSettings, ApiError> {
     let first_frame = given.first_frame.unwrap_or(0);
+    let animated = scene.animation.map(|animation| animation.frames);
     let settings = RenderSettings {
         width: given.width.unwrap_or(scene.image.width),
         height: given.height.unwrap_or(scene.image.height),
@@ -65,7 +64,7 @@ fn frames(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shearwater_shared::scene;
+    use shearwater_shared::scene::{self, Animation};
 
     const STILL: &str = r#"{
       "version": 1, "name": "n", "image": { "width": 96, "height": 80 },
@@ -77,13 +76,18 @@ mod tests {
         first_frame: Option<u32>,
         animated: Option<u32>,
     ) -> Result<(u32, u32), String> {
-        let scene = scene::parse(STILL.as_bytes()).expect("scene");
+        let mut scene = scene::parse(STILL.as_bytes()).expect("scene");
+        scene.animation = animated.map(|frames| Animation {
+            fps: 24.0,
+            frames,
+            start_s: 0.0,
+        });
         let given = SettingsOverride {
             frames,
             first_frame,
             ..SettingsOverride::default()
         };
-        merged(&given, &scene, animated)
+        merged(&given, &scene)
             .map(|settings| (settings.first_frame, settings.frames))
             .map_err(|e| e.to_string())
     }

@@ -33,13 +33,13 @@ pub(crate) async fn submit(
 ) -> Result<Response, ApiError> {
     let idempotency = idempotency(&headers, &request)?;
     let scene = checked_scene(&app, &request).await?;
-    let settings = settings::merged(&request.settings, &scene, animated(&scene))?;
+    let settings = settings::merged(&request.settings, &scene)?;
     let new = NewJob {
         name: request.name.unwrap_or(scene.name),
         manifest: request.manifest,
         settings,
         post: scene.post,
-        fps: None,
+        fps: scene.animation.map(|animation| animation.fps),
         priority: request.priority,
         idempotency,
     };
@@ -155,9 +155,4 @@ async fn checked_scene(app: &App, request: &SubmitRequest) -> Result<SceneDescri
 fn missing(at: &str, hash: &ContentHash) -> String {
     let place = routes::fill(routes::ASSET, &hash.to_string());
     format!("{at}: asset {hash} is not stored; PUT it to {place} first")
-}
-
-/// Frames of the scene's animation.
-fn animated(_scene: &SceneDescription) -> Option<u32> {
-    None
 }
