@@ -37,8 +37,11 @@ pub const KEYS_MAX: usize = 10_000;
 pub const INSTANCE_DEPTH_MAX: usize = 8;
 /// Most materials of one scene.
 pub const MATERIALS_MAX: usize = 10_000;
-/// Most cloud particles of one scene.
+/// Most cloud particles and sprites of one scene, together.
 pub const PARTICLES_MAX: usize = 5_000_000;
+/// Most pixels of a picture that a cloud is formed by: 4096 x 4096, more than
+/// there can be particles; the running sum over them takes 128 MiB.
+pub const CLOUD_PIXELS_MAX: u64 = 1 << 24;
 /// Most texels of one texture: 16k x 8k.
 pub const TEXELS_MAX: u64 = 1 << 27;
 /// Memory an image decoder may take for one texture, in bytes.

@@ -25,7 +25,7 @@ mod water;
 
 pub use animation::{Animation, CameraKey, InstanceKey, Spin};
 pub use camera::Camera;
-pub use cloud::{Cloud, Formation, ParticleCloud, RadialFormation};
+pub use cloud::{Cloud, Formation, ImageFormation, ParticleCloud, RadialFormation, SpriteCloud};
 pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMaterial};
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
@@ -123,7 +123,7 @@ impl Default for JobDefaults {
 
 impl SceneDescription {
     /// Names of every file that the scene itself refers to (meshes, textures,
-    /// sky), sorted. Files that an OBJ refers to are found by
+    /// sky, clouds), sorted. Files that an OBJ refers to are found by
     /// reading the OBJ.
     #[must_use]
     pub fn files(&self) -> BTreeSet<String> {
@@ -136,6 +136,10 @@ impl SceneDescription {
                 .map(str::to_owned),
         );
         files.extend(self.sky.iter().filter_map(Sky::file).map(str::to_owned));
+        files.extend(self.clouds.iter().filter_map(|c| match c.formation() {
+            Some(Formation::Image(image)) => Some(image.file.clone()),
+            _ => None,
+        }));
         files
     }
 }

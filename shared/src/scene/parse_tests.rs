@@ -14,7 +14,15 @@ fn the_full_scene_is_read() {
     assert!(matches!(&scene.materials["livery"], Material::Ggx(m) if m.roughness == 0.3));
     assert!(matches!(&scene.sky, Some(Sky::Map(m)) if m.file == "sky.exr"));
     let files: Vec<_> = scene.files().into_iter().collect();
-    assert_eq!(files, ["models/plane.obj", "sky.exr", "tex/clay.png"]);
+    assert_eq!(
+        files,
+        [
+            "clouds/cumulus.png",
+            "models/plane.obj",
+            "sky.exr",
+            "tex/clay.png"
+        ]
+    );
     // What is written is what is read.
     let again = serde_json::to_string(&scene).unwrap();
     assert_eq!(parse(again.as_bytes()).unwrap(), scene);

@@ -27,7 +27,9 @@ pub(super) fn full() -> Value {
         "sun": {"azimuth_deg": 10, "elevation_deg": 3, "radiance": [9, 8, 7]},
         "water": {"type": "tessendorf", "tile_m": 50, "wind_speed_mps": 8},
         "clouds": [{"type": "particles", "formation": {"type": "radial", "centre_m": [0, 0, 0],
-            "radii_m": [1, 1, 1], "direction": [0, 0, 1], "length_m": 5}, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]}],
+            "radii_m": [1, 1, 1], "direction": [0, 0, 1], "length_m": 5}, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]},
+            {"type": "sprites", "formation": {"type": "image", "file": "clouds/cumulus.png", "centre_m": [0, 9, 0], "width_m": 20,
+            "height_m": 8, "depth_m": 3, "rotate_deg": [0, 30, 0]}, "count": 20, "sprite_radius_m": [0.5, 1], "opacity": [0.1, 0.4], "softness": 0.5}],
         "post": {"exposure_ev": 1, "bloom": {"strength": 0.2, "radius": 0.05}, "view": "standard"}
     })
 }

@@ -451,6 +451,84 @@ fn values_out_of_range_are_named() {
             "0 to 1",
         ),
         (
+            "/clouds/1/count",
+            json!(0),
+            "clouds[1].count",
+            "0: expected 1 to 5000000",
+        ),
+        (
+            "/clouds/1/sprite_radius_m/0",
+            json!(0),
+            "clouds[1].sprite_radius_m[0]",
+            "0.0001 to 1000000000 m",
+        ),
+        (
+            "/clouds/1/opacity",
+            json!([0.5, 0.4]),
+            "clouds[1].opacity",
+            "smaller value first",
+        ),
+        (
+            "/clouds/1/softness",
+            json!(0.009),
+            "clouds[1].softness",
+            "0.01 to 1",
+        ),
+        (
+            "/clouds/1/g",
+            json!(1),
+            "clouds[1].g",
+            "1: expected -0.99 to 0.99",
+        ),
+        (
+            "/clouds/1/albedo",
+            json!([-0.1, 0, 0]),
+            "clouds[1].albedo[0]",
+            "0 to 1",
+        ),
+        (
+            "/clouds/1/formation/file",
+            json!("/etc/cloud.png"),
+            "clouds[1].formation.file",
+            "relative to scene.json",
+        ),
+        (
+            "/clouds/1/formation/centre_m/1",
+            json!(1e10),
+            "clouds[1].formation.centre_m[1]",
+            "m",
+        ),
+        (
+            "/clouds/1/formation/width_m",
+            json!(0),
+            "clouds[1].formation.width_m",
+            "0: expected",
+        ),
+        (
+            "/clouds/1/formation/height_m",
+            json!(-1),
+            "clouds[1].formation.height_m",
+            "-1: expected",
+        ),
+        (
+            "/clouds/1/formation/depth_m",
+            json!(-1),
+            "clouds[1].formation.depth_m",
+            "-1: expected 0 to 1000000000 m",
+        ),
+        (
+            "/clouds/1/formation/rotate_deg/2",
+            json!(1e7),
+            "clouds[1].formation.rotate_deg[2]",
+            "degrees",
+        ),
+        (
+            "/clouds/1/formation/type",
+            json!("cube"),
+            "clouds[1].formation",
+            "`radial` or `image`",
+        ),
+        (
             "/post/exposure_ev",
             json!(33),
             "post.exposure_ev",
@@ -488,6 +566,6 @@ fn all_clouds_count_together() {
     fails(
         &scene.to_string(),
         "clouds[1].count",
-        "6000000 particles in all clouds",
+        "6000000 particles and sprites in all clouds",
     );
 }

@@ -6,7 +6,7 @@ use exr::prelude::{
     SmallVec, SpecificChannels, WritableImage, f16,
 };
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Rgb, RgbImage, RgbaImage};
-use shearwater_tracer::load::{load_sky, load_texture};
+use shearwater_tracer::load::{load_cloud_image, load_sky, load_texture};
 use std::io::Cursor;
 
 fn encode(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
@@ -338,4 +338,57 @@ fn damaged_files_are_errors_or_pictures_but_never_panics() {
             }
         }
     }
+}
+
+#[test]
+fn a_cloud_is_luminance_times_alpha() {
+    let texels = [
+        [255, 0, 0, 255],
+        [0, 255, 0, 128],
+        [255, 255, 255, 0],
+        [188; 4],
+    ];
+    let image = RgbaImage::from_raw(4, 1, texels.concat()).unwrap();
+    let bytes = encode(&DynamicImage::ImageRgba8(image), ImageFormat::Png);
+    let cloud = load_cloud_image("c.png", &bytes).unwrap();
+    assert_eq!((cloud.width, cloud.height, cloud.bad_texels), (4, 1, 0));
+    let alpha = |byte: u8| f32::from(byte) / 255.0;
+    for (found, expected) in
+        cloud
+            .density
+            .iter()
+            .zip([0.2126, 0.7152 * alpha(128), 0.0, linear(188) * alpha(188)])
+    {
+        assert!((found - expected).abs() < 1e-6, "{found} {expected}");
+    }
+    // EXR: as it is, brighter than 1 too; what is no light is black.
+    let bytes = exr_with(2, 1, Compression::ZIP16, |x, _| {
+        if x == 0 {
+            (8.0, 8.0, 8.0)
+        } else {
+            (f32::NAN, 1.0, -1.0)
+        }
+    });
+    let cloud = load_cloud_image("c.exr", &bytes).unwrap();
+    assert!((cloud.density[0] - 8.0).abs() < 1e-5);
+    assert!((cloud.density[1] - 0.7152).abs() < 1e-6);
+    assert_eq!(cloud.bad_texels, 1);
+}
+
+#[test]
+fn a_cloud_of_no_picture_or_too_large_a_one_is_refused() {
+    let error = load_cloud_image("c.txt", b"not a picture").unwrap_err();
+    assert!(error.to_string().contains("PNG, JPEG or EXR"), "{error}");
+    let error = load_cloud_image("c.png", b"\x89PNG\r\n\x1a\nbroken").unwrap_err();
+    assert!(error.to_string().contains("c.png"), "{error}");
+    // 4097 x 4096 is refused by its header; the rest need not be there.
+    let large = DynamicImage::ImageLuma8(GrayImage::new(4097, 4096));
+    let bytes = encode(&large, ImageFormat::Png);
+    let error = load_cloud_image("c.png", &bytes[..100]).unwrap_err();
+    assert!(
+        error
+            .to_string()
+            .contains("4097 x 4096 texels: expected 1 to 16777216"),
+        "{error}"
+    );
 }

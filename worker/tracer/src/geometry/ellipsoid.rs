@@ -53,16 +53,15 @@ pub(super) fn cross_ellipsoids<const N: usize, V: Floats<N>>(
     }
 }
 
-/// True if the wall stops the ray. `key` names sample and path segment,
-/// `crossing` is 0 for the near wall and 1 for the far one.
+/// True if the wall stops the ray. `key` names sample and path segment, `wall` is
+/// `rank::wall` of what is crossed.
 ///
 /// The finalizer is variant 13 of Stafford's mixers ("Better bit mixing", 2011),
 /// a bijection that passes avalanche tests; key and wall are joined before it by
 /// an odd multiplier (the golden ratio's bits), so that neighbours differ in the
 /// high bits too. The top 31 bits are compared with `opacity * 2^31`.
 #[inline(always)]
-pub(super) fn is_stopped(key: u64, prim: u32, crossing: u32, threshold: u32) -> bool {
-    let wall = u64::from(prim) << 1 | u64::from(crossing);
+pub(super) fn is_stopped(key: u64, wall: u64, threshold: u32) -> bool {
     let mut x = key ^ (wall + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);

@@ -14,6 +14,8 @@ use super::packet::{self, PacketRay};
 use super::packet_leaves::{Clouds8, Triangles8};
 use super::particles::Particles;
 use super::single;
+use super::sprite_leaves::Discs8;
+use super::sprites::FacingSprites;
 
 /// `N` floats that are worked on together.
 pub(super) trait Floats<const N: usize>:
@@ -92,6 +94,25 @@ pub(super) trait Backend: Sized {
         best: &mut Best8,
         depth: &mut [u32; 8],
     );
+    /// `single::sprites_closest`.
+    fn sprites_closest(
+        sprites: &FacingSprites,
+        o: [f32; 3],
+        d: [f32; 3],
+        key: u64,
+        best: &mut Best,
+    );
+    /// `single::sprites_dim`.
+    fn sprites_dim(sprites: &FacingSprites, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32);
+    /// `packet::sprites_closest8`.
+    fn sprites_closest8(packet: &PacketRay<Self>, leaf: &Discs8<'_, Self>, best: &mut Best8);
+    /// `packet::sprites_dim8`.
+    fn sprites_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Discs8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    );
 }
 
 /// Arrays and plain loops: any machine.
@@ -140,6 +161,29 @@ impl Backend for Portable {
         depth: &mut [u32; 8],
     ) {
         packet::particles_dim8(packet, leaf, best, depth);
+    }
+    fn sprites_closest(
+        sprites: &FacingSprites,
+        o: [f32; 3],
+        d: [f32; 3],
+        key: u64,
+        best: &mut Best,
+    ) {
+        single::sprites_closest::<Self>(sprites, o, d, key, best);
+    }
+    fn sprites_dim(sprites: &FacingSprites, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32) {
+        single::sprites_dim::<Self>(sprites, o, d, t_max, depth);
+    }
+    fn sprites_closest8(packet: &PacketRay<Self>, leaf: &Discs8<'_, Self>, best: &mut Best8) {
+        packet::sprites_closest8(packet, leaf, best);
+    }
+    fn sprites_dim8(
+        packet: &PacketRay<Self>,
+        leaf: &Discs8<'_, Self>,
+        best: &mut Best8,
+        depth: &mut [u32; 8],
+    ) {
+        packet::sprites_dim8(packet, leaf, best, depth);
     }
 }
 

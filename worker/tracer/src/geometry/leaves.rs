@@ -144,7 +144,7 @@ impl<B: Backend> Leaf<B> for Clouds<'_, B> {
             let t = distances[crossing as usize][lane];
             let rank = rank::particle(block.prim[lane], crossing);
             if best.is_beaten_by(t, rank)
-                && is_stopped(self.key, block.prim[lane], crossing, block.threshold[lane])
+                && is_stopped(self.key, rank::wall(rank), block.threshold[lane])
             {
                 best.set(t, rank);
             }

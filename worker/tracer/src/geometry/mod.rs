@@ -2,7 +2,7 @@
 //!
 //! Meshes are eight-wide trees with blocks of four triangles (`TriMesh`), placed
 //! by `Instance`s under a tree of the same kind; `Particles` are semi-opaque
-//! ellipsoids in a tree of their own; the water is one plane. `Geometry` holds
+//! ellipsoids in a tree of their own, `Sprites` soft discs in another; the water is one plane. `Geometry` holds
 //! them all and answers queries.
 //!
 //! Results do not depend on the order in which a walk meets things, nor on the
@@ -27,6 +27,8 @@ mod sah;
 mod scene;
 mod simd;
 mod single;
+mod sprite_leaves;
+mod sprites;
 mod surface;
 mod wide;
 
@@ -36,6 +38,7 @@ pub use offset::offset_origin;
 pub use particles::{Ellipsoid, Particles};
 pub use ray::{BLOCKING_DEPTH, Hit, HitKind, OPTICAL_DEPTH_SCALE, Occlusion, Ray};
 pub use scene::Geometry;
+pub use sprites::{Sprite, Sprites};
 pub use surface::SurfacePoint;
 
 /// Why geometry could not be built.
@@ -93,6 +96,14 @@ pub enum BuildError {
     #[error("ellipsoid {index} needs finite values, positive radii and an opacity from 0 to 1")]
     Ellipsoid {
         /// Index of the ellipsoid.
+        index: usize,
+    },
+    /// A sprite with a value that is not finite or out of its range.
+    #[error(
+        "sprite {index} needs finite values, a radius whose square is a normal float, an opacity from 0 to 1 and a softness above 0, at most 1"
+    )]
+    Sprite {
+        /// Index of the sprite.
         index: usize,
     },
     /// A water height that is not finite.

@@ -16,6 +16,7 @@ use super::ray::{Hit, Occlusion, Ray, rank};
 use super::scene::Geometry;
 use super::simd::Stack;
 use super::single::{self, finish};
+use super::sprite_leaves::Discs8;
 use super::wide::{LEAF, Node8};
 use crate::uses::PARTICLES;
 
@@ -191,6 +192,11 @@ pub(super) fn intersect8<B: Backend, const USES: u8>(
     {
         B::particles_closest8(&packet, &Clouds8::new(particles, &o, &d, keys), &mut best);
     }
+    if USES & PARTICLES != 0
+        && let Some(sprites) = &scene.sprites
+    {
+        B::sprites_closest8(&packet, &Discs8::new(sprites, &o, &d, keys), &mut best);
+    }
     std::array::from_fn(|lane| finish(&best.lane(lane)))
 }
 
@@ -231,6 +237,12 @@ pub(super) fn transmittance8<B: Backend, const USES: u8>(
     {
         let leaf = Clouds8::new(particles, &o, &d, &[0; 8]);
         B::particles_dim8(&packet, &leaf, &mut best, &mut depth);
+    }
+    if USES & PARTICLES != 0
+        && let Some(sprites) = &scene.sprites
+    {
+        let leaf = Discs8::new(sprites, &o, &d, &[0; 8]);
+        B::sprites_dim8(&packet, &leaf, &mut best, &mut depth);
     }
     depth.map(Occlusion::from_depth)
 }
@@ -390,4 +402,25 @@ pub(super) fn particles_dim8<B: Backend>(
     depth: &mut [u32; 8],
 ) {
     walk_dimming(leaf.particles.tree.nodes(), packet, leaf, best, depth);
+}
+
+/// The closest sprites that stop the rays of a packet.
+#[inline(always)]
+pub(super) fn sprites_closest8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Discs8<'_, B>,
+    best: &mut Best8,
+) {
+    walk_closest(leaf.facing.sprites.tree.nodes(), packet, leaf, best);
+}
+
+/// Adds the depths of the sprites.
+#[inline(always)]
+pub(super) fn sprites_dim8<B: Backend>(
+    packet: &PacketRay<B>,
+    leaf: &Discs8<'_, B>,
+    best: &mut Best8,
+    depth: &mut [u32; 8],
+) {
+    walk_dimming(leaf.facing.sprites.tree.nodes(), packet, leaf, best, depth);
 }

@@ -294,7 +294,7 @@ impl<B: Backend> Leaf8<B> for Clouds8<'_, B> {
                 let t = distances[crossing as usize][ray];
                 let rank = rank::particle(prim, crossing);
                 if best.is_beaten_by(ray, t, rank)
-                    && is_stopped(self.keys[ray], prim, crossing, threshold)
+                    && is_stopped(self.keys[ray], rank::wall(rank), threshold)
                 {
                     (best.t[ray], best.rank[ray]) = (t, rank);
                     changed = true;

@@ -78,6 +78,11 @@ pub enum HitKind {
         /// True if the ray was inside and met the far wall.
         inside: bool,
     },
+    /// A sprite that did not let the ray pass.
+    Sprite {
+        /// Index of the sprite, as given to `Sprites::build`.
+        prim: u32,
+    },
 }
 
 /// Fixed-point scale of optical depths: depth 1.0 (transmittance 1/e) is this
@@ -123,7 +128,7 @@ impl Occlusion {
 }
 
 /// Order of things at equal `t`: water, then triangles by (instance, prim), then
-/// particles by (prim, crossing). The lower wins, whatever the order of visits.
+/// particles by (prim, crossing), then sprites. The lower wins, whatever the order of visits.
 pub(super) mod rank {
     /// Nothing was hit yet; loses against everything.
     pub(crate) const NOTHING: u64 = u64::MAX;
@@ -132,7 +137,10 @@ pub(super) mod rank {
     const TRIANGLES: u64 = 1 << 62;
     const PARTICLES: u64 = 2 << 62;
 
-    /// Instances and particles are fewer than this, so that ranks do not overlap.
+    /// Above the walls of all particles.
+    const SPRITES: u64 = PARTICLES | 1 << 40;
+
+    /// Instances, particles and sprites are fewer than this, so that ranks do not overlap.
     pub(crate) const COUNT_MAX: usize = 1 << 30;
 
     /// Rank of a triangle.
@@ -147,12 +155,26 @@ pub(super) mod rank {
         PARTICLES | u64::from(prim) << 1 | u64::from(crossing)
     }
 
+    /// Rank of a sprite.
+    #[inline(always)]
+    pub(crate) fn sprite(prim: u32) -> u64 {
+        SPRITES | u64::from(prim)
+    }
+
+    /// What is crossed, of the rank of a particle's wall or of a sprite: a number
+    /// of its own for each.
+    #[inline(always)]
+    pub(crate) fn wall(rank: u64) -> u64 {
+        rank & !PARTICLES
+    }
+
     /// A rank taken apart again.
     pub(crate) enum Winner {
         Nothing,
         Water,
         Triangle { instance: u32, prim: u32 },
         Particle { prim: u32, inside: bool },
+        Sprite { prim: u32 },
     }
 
     /// The inverse of the functions above.
@@ -164,6 +186,7 @@ pub(super) mod rank {
                 instance: (rank >> 32) as u32 & 0x3fff_ffff,
                 prim: rank as u32,
             },
+            2 if rank & SPRITES == SPRITES => Winner::Sprite { prim: rank as u32 },
             2 => Winner::Particle {
                 prim: (rank >> 1) as u32,
                 inside: rank & 1 == 1,

@@ -1,6 +1,6 @@
 //! Everything a ray can meet, behind one set of queries.
 
-use glam::Vec3A;
+use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use std::sync::Arc;
 
@@ -12,6 +12,7 @@ use super::particles::Particles;
 use super::ray::{Hit, Occlusion, Ray, rank};
 use super::sah::{self, Splitter};
 use super::simd::{self, Path};
+use super::sprites::{FacingSprites, Sprites};
 use super::wide::{LEAF, Node8, WideTree};
 
 /// Meshes, where they stand, particles and water.
@@ -23,6 +24,7 @@ pub struct Geometry {
     /// The only instance, if there is but one: it needs no tree above it.
     pub(super) lone: Option<u32>,
     pub(super) particles: Option<Arc<Particles>>,
+    pub(super) sprites: Option<FacingSprites>,
     water_y: Option<f32>,
     pub(super) path: Path,
 }
@@ -68,9 +70,17 @@ impl Geometry {
             top,
             lone,
             particles,
+            sprites: None,
             water_y,
             path: Path::detect(),
         })
+    }
+
+    /// Adds sprites, turned to `eye` (world space, metres).
+    #[must_use]
+    pub fn with_sprites(mut self, sprites: Arc<Sprites>, eye: Vec3) -> Self {
+        self.sprites = Some(FacingSprites { sprites, eye });
+        self
     }
 
     /// Runs all queries without AVX2, as on a machine that lacks it. The results
@@ -102,9 +112,10 @@ impl Geometry {
     }
 
     /// The closest hit at `0 < t < ray.t_max`. A particle's wall stops the ray with
-    /// the chance of its opacity, decided by a hash of `key`, particle and wall:
+    /// the chance of its opacity, decided by a hash of `key`, particle and wall (sprites
+    /// alike):
     /// `key` must differ between samples and between the segments of a path. With
-    /// `USES` without [`PARTICLES`](crate::uses::PARTICLES), particles are ignored and
+    /// `USES` without [`PARTICLES`](crate::uses::PARTICLES), both are ignored and
     /// cost nothing. A ray that is not
     /// finite hits nothing.
     #[inline]
@@ -113,7 +124,7 @@ impl Geometry {
     }
 
     /// How much stands at `0 < t < ray.t_max`: triangles and water block, each
-    /// crossing of a particle's wall adds its optical depth. Without
+    /// crossing of a particle's wall or of a sprite adds its optical depth. Without
     /// [`PARTICLES`](crate::uses::PARTICLES) in `USES` they are ignored. A ray that is not finite is clear.
     #[inline]
     pub fn transmittance_depth<const USES: u8>(&self, ray: &Ray) -> Occlusion {

@@ -34,6 +34,10 @@ use super::particles::Particles;
 use super::ray::{Hit, Occlusion, Ray};
 use super::scene::Geometry;
 use super::single;
+#[cfg(target_arch = "x86_64")]
+use super::sprite_leaves::Discs8;
+#[cfg(target_arch = "x86_64")]
+use super::sprites::FacingSprites;
 use super::wide::STACK_ENTRIES;
 
 /// Which copy of the traversal runs.
@@ -205,6 +209,17 @@ walks! {
     particles_dim8, particles_dim8_avx2,
         (packet: &PacketRay<Avx2>, leaf: &Clouds8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) -> (),
         packet::particles_dim8;
+    sprites_closest, sprites_closest_avx2,
+        (sprites: &FacingSprites, o: [f32; 3], d: [f32; 3], key: u64, best: &mut Best) -> (),
+        single::sprites_closest;
+    sprites_dim, sprites_dim_avx2,
+        (sprites: &FacingSprites, o: [f32; 3], d: [f32; 3], t_max: f32, depth: &mut u32) -> (),
+        single::sprites_dim;
+    sprites_closest8, sprites_closest8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Discs8<'_, Avx2>, best: &mut Best8) -> (), packet::sprites_closest8;
+    sprites_dim8, sprites_dim8_avx2,
+        (packet: &PacketRay<Avx2>, leaf: &Discs8<'_, Avx2>, best: &mut Best8, depth: &mut [u32; 8]) -> (),
+        packet::sprites_dim8;
 }
 
 /// A vector type over a register, its mask type, and their operations.

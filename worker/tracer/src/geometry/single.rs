@@ -9,6 +9,8 @@ use super::ray::rank::{self, Winner, winner};
 use super::ray::{BLOCKING_DEPTH, Hit, HitKind, Occlusion, Ray};
 use super::scene::Geometry;
 use super::simd::Stack;
+use super::sprite_leaves::Discs;
+use super::sprites::FacingSprites;
 use super::wide::{LEAF, Node8};
 use crate::uses::PARTICLES;
 
@@ -55,6 +57,11 @@ pub(super) fn intersect<B: Backend, const USES: u8>(
     {
         B::particles_closest(particles, o, d, key, &mut best);
     }
+    if USES & PARTICLES != 0
+        && let Some(sprites) = &scene.sprites
+    {
+        B::sprites_closest(sprites, o, d, key, &mut best);
+    }
     finish(&best)
 }
 
@@ -90,6 +97,12 @@ pub(super) fn transmittance<B: Backend, const USES: u8>(scene: &Geometry, ray: &
     {
         B::particles_dim(particles, o, d, best.t, &mut depth);
     }
+    if USES & PARTICLES != 0
+        && depth <= BLOCKING_DEPTH
+        && let Some(sprites) = &scene.sprites
+    {
+        B::sprites_dim(sprites, o, d, best.t, &mut depth);
+    }
     Occlusion::from_depth(depth)
 }
 
@@ -106,6 +119,7 @@ pub(super) fn finish(best: &Best) -> Option<Hit> {
             v: best.w / best.det,
         },
         Winner::Particle { prim, inside } => HitKind::Particle { prim, inside },
+        Winner::Sprite { prim } => HitKind::Sprite { prim },
     };
     Some(Hit { t: best.t, kind })
 }
@@ -283,6 +297,34 @@ pub(super) fn particles_dim<B: Backend>(
         &Best::until(t_max),
         depth,
     );
+}
+
+/// The closest sprite that stops a ray.
+#[inline(always)]
+pub(super) fn sprites_closest<B: Backend>(
+    sprites: &FacingSprites,
+    o: [f32; 3],
+    d: [f32; 3],
+    key: u64,
+    best: &mut Best,
+) {
+    let leaf = Discs::<B>::new(sprites, o, d, key);
+    let nodes = sprites.sprites.tree.nodes();
+    walk_closest(nodes, 0, &BoxRay::new(o, d), &leaf, best);
+}
+
+/// Adds the depths of the sprites at `0 < t <= t_max`.
+#[inline(always)]
+pub(super) fn sprites_dim<B: Backend>(
+    sprites: &FacingSprites,
+    o: [f32; 3],
+    d: [f32; 3],
+    t_max: f32,
+    depth: &mut u32,
+) {
+    let leaf = Discs::<B>::new(sprites, o, d, 0);
+    let nodes = sprites.sprites.tree.nodes();
+    walk_dimming(nodes, &BoxRay::new(o, d), &leaf, &Best::until(t_max), depth);
 }
 
 /// The closest hit of one ray with one instance.

@@ -7,6 +7,7 @@ use super::offset::{gamma, offset_origin};
 use super::particles::Ellipsoid;
 use super::ray::{Hit, HitKind, Ray};
 use super::scene::Geometry;
+use super::sprites::Sprite;
 
 /// A point on a surface, computed from the surface rather than along the ray: the
 /// error is that of the surface's coordinates, not of the ray's length.
@@ -18,7 +19,8 @@ pub struct SurfacePoint {
     /// back to this surface undergoes.
     pub error: Vec3,
     /// Unit normal of the surface itself: of a triangle by its winding in mesh
-    /// space, of a particle outwards, of the water upwards.
+    /// space, of a particle outwards, of the water upwards,
+    /// of a sprite to the camera.
     pub n_geometric: Vec3,
 }
 
@@ -43,6 +45,14 @@ impl Geometry {
                 Some(i) => {
                     triangle_point(i, self.meshes()[i.mesh() as usize].corners(prim), u, v, ray)
                 }
+                None => along(ray, hit.t),
+            },
+            HitKind::Sprite { prim } => match self
+                .sprites
+                .as_ref()
+                .and_then(|f| f.sprites.sprites().get(prim as usize).zip(Some(f.eye)))
+            {
+                Some((s, eye)) => sprite_point(s, eye, ray, hit.t),
                 None => along(ray, hit.t),
             },
             HitKind::Particle { prim, .. } => match self
@@ -134,5 +144,18 @@ fn ellipsoid_point(e: &Ellipsoid, ray: &Ray, t: f32) -> SurfacePoint {
         // The discriminant's roundings are relative to the radius.
         error: gamma(5) * e.centre.abs() + gamma(12) * e.radii,
         n_geometric: (unit / e.radii).normalize_or(unit),
+    }
+}
+
+/// The point is put into the disc's plane. A ray back computes its height over
+/// that plane with errors in proportion to the radius.
+fn sprite_point(s: &Sprite, eye: Vec3, ray: &Ray, t: f32) -> SurfacePoint {
+    let n = (eye - s.centre).normalize_or(-ray.d);
+    let reach = ray.at(t) - s.centre;
+    let reach = reach - n * n.dot(reach);
+    SurfacePoint {
+        p: s.centre + reach,
+        error: gamma(3) * s.centre.abs() + Vec3::splat(gamma(24) * s.radius),
+        n_geometric: n,
     }
 }

@@ -22,6 +22,15 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 
 /// Read the first part that has R, G and B, or else Y, at full size.
 pub(super) fn read_exr(file: &str, bytes: &[u8]) -> Result<LinearImage, SceneError> {
+    read_exr_within(file, bytes, TEXELS_MAX)
+}
+
+/// The same, with a limit of one's own on the texels.
+pub(super) fn read_exr_within(
+    file: &str,
+    bytes: &[u8],
+    texels_max: u64,
+) -> Result<LinearImage, SceneError> {
     let fail = |message: String| SceneError::new(file, ".", message);
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)
         .map_err(|e| fail(format!("not a readable EXR header: {e}")))?;
@@ -60,9 +69,9 @@ pub(super) fn read_exr(file: &str, bytes: &[u8]) -> Result<LinearImage, SceneErr
     let size = header.layer_size;
     check_size(
         file,
-        size.width() as u64,
-        size.height() as u64,
+        [size.width() as u64, size.height() as u64],
         bytes_per_texel,
+        texels_max,
     )?;
     let mut image = if color.is_some() {
         decode_rgb(bytes)
@@ -77,13 +86,13 @@ pub(super) fn read_exr(file: &str, bytes: &[u8]) -> Result<LinearImage, SceneErr
 /// Refuse sizes before memory is taken for them.
 pub(super) fn check_size(
     file: &str,
-    width: u64,
-    height: u64,
+    [width, height]: [u64; 2],
     bytes_per_texel: u64,
+    texels_max: u64,
 ) -> Result<(), SceneError> {
     let texels = width.saturating_mul(height);
-    if texels == 0 || texels > TEXELS_MAX {
-        let message = format!("{width} x {height} texels: expected 1 to {TEXELS_MAX} in all");
+    if texels == 0 || texels > texels_max {
+        let message = format!("{width} x {height} texels: expected 1 to {texels_max} in all");
         return Err(SceneError::new(file, ".", message));
     }
     let bytes = texels.saturating_mul(bytes_per_texel);

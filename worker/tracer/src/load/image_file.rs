@@ -43,6 +43,16 @@ pub(super) fn read_image(
     bytes: &[u8],
     format: Format,
 ) -> Result<SrgbImage, SceneError> {
+    read_image_within(file, bytes, format, TEXELS_MAX)
+}
+
+/// The same, with a limit of one's own on the texels.
+pub(super) fn read_image_within(
+    file: &str,
+    bytes: &[u8],
+    format: Format,
+    texels_max: u64,
+) -> Result<SrgbImage, SceneError> {
     let (format, name) = match format {
         Format::Jpeg => (ImageFormat::Jpeg, "JPEG"),
         Format::Png | Format::Exr => (ImageFormat::Png, "PNG"),
@@ -52,14 +62,19 @@ pub(super) fn read_image(
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(TEXTURE_DECODE_BYTES_MAX);
     // A row or column alone may not be longer than the whole may be.
-    limits.max_image_width = u32::try_from(TEXELS_MAX).ok();
+    limits.max_image_width = u32::try_from(texels_max).ok();
     limits.max_image_height = limits.max_image_width;
     let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
     reader.limits(limits);
     let decoder = reader.into_decoder().map_err(fail)?;
     let (width, height) = decoder.dimensions();
     let bytes_per_texel = u64::from(decoder.color_type().bytes_per_pixel());
-    check_size(file, width.into(), height.into(), bytes_per_texel)?;
+    check_size(
+        file,
+        [width.into(), height.into()],
+        bytes_per_texel,
+        texels_max,
+    )?;
     let rgba = DynamicImage::from_decoder(decoder)
         .map_err(fail)?
         .into_rgba8()

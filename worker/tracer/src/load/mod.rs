@@ -1,10 +1,11 @@
-//! From the bytes of assets to arrays: meshes, textures, sky pictures.
+//! From the bytes of assets to arrays: meshes, textures, pictures of skies and clouds.
 //!
 //! Everything here is a pure function of bytes that somebody else wrote: a
 //! wrong file is an error that names it and the place in it, never a panic, and
 //! sizes are checked before memory is taken. What was left out of a file (faces
 //! without area, values that are not numbers) is counted in [`LoadNotes`].
 
+mod cloud_image;
 mod exr_file;
 mod image_file;
 mod materials;
@@ -18,6 +19,7 @@ mod texture;
 mod triangulate;
 mod vertices;
 
+pub use cloud_image::{CloudImage, load_cloud_image};
 pub use materials::resolve_materials;
 pub use mtl::MtlMaterial;
 pub use notes::LoadNotes;

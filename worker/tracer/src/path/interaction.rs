@@ -19,6 +19,9 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32)
             v,
         } => scene.surface(instance, prim, u, v, point.n_geometric),
         HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
+        HitKind::Sprite { prim } => {
+            return Vertex::without_surface(point, wo, scene.sprite_phase(prim));
+        }
         HitKind::Water => scene.water_surface(point.p, ray.time_s, footprint_m),
     };
     let (n_shading, n_geometric) = face_viewer(n_shading, point.n_geometric, wo);

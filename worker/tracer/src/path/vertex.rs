@@ -16,7 +16,6 @@ const WITHOUT_SURFACE: u8 = uses::PARTICLES | uses::MEDIA;
 pub(super) enum Scattering {
     /// By a surface, to its own side only.
     Surface(Bsdf),
-    #[allow(dead_code, reason = "sprites and volumes come next")]
     /// By a cloud: to all sides, no normal, no cosine.
     Phase(Phase),
 }
@@ -54,7 +53,6 @@ impl Vertex {
     /// A vertex without a surface, seen from `wo`. Rays leave it from
     /// `point.origin_towards`: a sprite's point has an error and a normal so that
     /// they do not meet it again, a point of a volume has no error.
-    #[allow(dead_code, reason = "sprites and volumes come next")]
     #[inline]
     pub(super) fn without_surface(point: SurfacePoint, wo: Vec3, phase: Phase) -> Self {
         Self {

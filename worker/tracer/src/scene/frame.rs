@@ -6,6 +6,7 @@ use super::{Scene, Stage};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::water::Sea;
+use glam::DVec3;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneError;
 use std::sync::Arc;
@@ -31,6 +32,14 @@ impl Stage {
             water_y,
         )
         .map_err(|e| geometry_error(".", &e))?;
+        let geometry = match &self.sprites {
+            Some(sprites) => {
+                // The eye when the shutter opens.
+                let eye_m = DVec3::from_array(description.camera.position_m) - anchor_m;
+                geometry.with_sprites(Arc::clone(sprites), eye_m.as_vec3())
+            }
+            None => geometry,
+        };
         let geometry = if self.options.portable_simd {
             geometry.without_avx2()
         } else {

@@ -15,8 +15,10 @@ use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
+use crate::medium::Phase;
 use crate::uses;
 use crate::water::Sea;
+use clouds::CloudShading;
 use glam::{Vec2, Vec3};
 use material::SurfaceMaterial;
 use std::sync::Arc;
@@ -48,9 +50,7 @@ pub(crate) struct Common {
     textures: Vec<Texture>,
     /// The sea's surface without roughness.
     water: Option<Water>,
-    /// Albedo of each cloud's particles, and the cloud of each particle.
-    cloud_albedo: Vec<Vec3>,
-    particle_cloud: Vec<u16>,
+    clouds: CloudShading,
 }
 
 /// What shading needs of a mesh, by triangle.
@@ -80,7 +80,8 @@ impl Scene {
     #[must_use]
     pub fn uses(&self) -> u8 {
         let mut bits = uses::NOTHING;
-        if !self.common.particle_cloud.is_empty() {
+        let clouds = &self.common.clouds;
+        if !(clouds.of_particle.is_empty() && clouds.of_sprite.is_empty()) {
             bits |= uses::PARTICLES;
         }
         bits
@@ -130,8 +131,19 @@ impl Scene {
     #[inline]
     pub(crate) fn particle_bsdf(&self, prim: u32) -> Bsdf {
         Bsdf::Lambert {
-            albedo: self.common.cloud_albedo
-                [usize::from(self.common.particle_cloud[prim as usize])],
+            albedo: self.common.clouds.albedo
+                [usize::from(self.common.clouds.of_particle[prim as usize])],
+        }
+    }
+
+    /// Scattering of a sprite.
+    #[inline]
+    pub(crate) fn sprite_phase(&self, prim: u32) -> Phase {
+        let clouds = &self.common.clouds;
+        let cloud = usize::from(clouds.of_sprite[prim as usize]);
+        Phase {
+            albedo: clouds.albedo[cloud],
+            g: clouds.g[cloud],
         }
     }
 

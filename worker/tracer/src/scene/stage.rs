@@ -6,7 +6,7 @@ use super::meshes::{BuiltMesh, Materials, build_meshes};
 use super::sky::build_sky;
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
-use crate::geometry::{BuildError, Particles, TriMesh};
+use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
 use crate::light::{SkyLight, SunLight};
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
@@ -37,6 +37,8 @@ pub struct BuildReport {
     pub triangles: usize,
     /// Cloud particles that can be seen.
     pub particles: usize,
+    /// Cloud sprites that can be seen.
+    pub sprites: usize,
 }
 
 /// Everything that the frames of a scene share: meshes and their trees, materials,
@@ -46,6 +48,7 @@ pub struct Stage {
     pub(super) common: Arc<Common>,
     pub(super) trees: Arc<[TriMesh]>,
     pub(super) particles: Option<Arc<Particles>>,
+    pub(super) sprites: Option<Arc<Sprites>>,
     pub(super) materials: Materials,
     /// The point of the scene that is (0, 0, 0) for the tracer.
     pub(super) anchor_m: DVec3,
@@ -69,8 +72,7 @@ impl Stage {
         let meshes = build_meshes(description, assets, &mut report)?;
         let tables = build_tables(description, &meshes)?;
         let mut materials = Materials::new(description, &meshes, &tables, &mut textures)?;
-        let (particles, particle_cloud) = build_clouds(description, anchor_m)?;
-        report.particles = particle_cloud.len();
+        let clouds = build_clouds(description, assets, anchor_m, &mut report)?;
         let (trees, shading): (Vec<_>, _) = meshes
             .into_iter()
             .map(|mesh| (mesh.tree, mesh.shading))
@@ -87,18 +89,14 @@ impl Stage {
             shading,
             materials: std::mem::take(&mut materials.list),
             textures: textures.list,
-            cloud_albedo: description
-                .clouds
-                .iter()
-                .map(|scene::Cloud::Particles(c)| Vec3::from_array(c.albedo))
-                .collect(),
-            particle_cloud,
+            clouds: clouds.shading,
         };
         let stage = Self {
             description: description.clone(),
             common: Arc::new(common),
             trees: trees.into(),
-            particles: particles.map(Arc::new),
+            particles: clouds.particles,
+            sprites: clouds.sprites,
             materials,
             anchor_m,
             options,

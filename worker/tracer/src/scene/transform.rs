@@ -6,11 +6,16 @@ use shearwater_shared::scene::Instance;
 /// World from local of an instance, relative to `origin_m`: scaled, then turned by
 /// Ry * Rx * Rz, then moved. Computed in f64, so that a far origin costs nothing.
 pub(super) fn world_from_local(instance: &Instance, origin_m: DVec3) -> Affine3A {
-    let [rx, ry, rz] = instance.rotate_deg.map(f64::to_radians);
-    let rotation = axis_rotation(ry, 1) * axis_rotation(rx, 0) * axis_rotation(rz, 2);
-    let linear = rotation * DMat3::from_diagonal(DVec3::from_array(instance.scale));
+    let linear =
+        rotation(instance.rotate_deg) * DMat3::from_diagonal(DVec3::from_array(instance.scale));
     let translation = DVec3::from_array(instance.translate_m) - origin_m;
     Affine3A::from_mat3_translation(linear.as_mat3(), translation.as_vec3())
+}
+
+/// Ry * Rx * Rz of angles about x, y and z.
+pub(super) fn rotation(rotate_deg: [f64; 3]) -> DMat3 {
+    let [rx, ry, rz] = rotate_deg.map(f64::to_radians);
+    axis_rotation(ry, 1) * axis_rotation(rx, 0) * axis_rotation(rz, 2)
 }
 
 /// The map of normals: inverse transpose, up to a positive factor.

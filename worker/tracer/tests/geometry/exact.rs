@@ -2,7 +2,7 @@
 
 use glam::{Affine3A, DVec3, Vec3};
 use shearwater_tracer::geometry::{
-    Ellipsoid, Geometry, Hit, HitKind, Instance, Particles, Ray, TriMesh,
+    Ellipsoid, Geometry, Hit, HitKind, Instance, Particles, Ray, Sprite, Sprites, TriMesh,
 };
 use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
@@ -88,6 +88,14 @@ pub(crate) fn crowd() -> Geometry {
             opacity: 0.3 * r.unit(),
         })
         .collect();
+    let sprites = (0..400)
+        .map(|_| Sprite {
+            centre: r.cube() * 3.0,
+            radius: 0.05 + r.unit(),
+            opacity: 0.3 * r.unit(),
+            softness: 0.1 + 0.9 * r.unit(),
+        })
+        .collect();
     Geometry::build(
         built,
         instances,
@@ -95,6 +103,7 @@ pub(crate) fn crowd() -> Geometry {
         Some(-2.0),
     )
     .unwrap()
+    .with_sprites(Sprites::build(sprites).unwrap().into(), Vec3::Z * 5.0)
 }
 
 /// Rays through the crowd, some along the axes.
@@ -125,7 +134,7 @@ pub(crate) fn crowd_rays(count: usize, seed: u64) -> Vec<Ray> {
 #[test]
 fn portable_and_avx2_give_the_same_bits() {
     let (wide, portable) = (crowd(), crowd().without_avx2());
-    let mut kinds = [0; 4];
+    let mut kinds = [0; 5];
     for (key, ray) in crowd_rays(60_000, 2).iter().enumerate() {
         let key = (key as u64).wrapping_mul(0x1234_5678_9abc_def1);
         let hit = wide.intersect::<PARTICLES>(ray, key);
@@ -143,6 +152,7 @@ fn portable_and_avx2_give_the_same_bits() {
             Some(HitKind::Water) => 1,
             Some(HitKind::Triangle { .. }) => 2,
             Some(HitKind::Particle { .. }) => 3,
+            Some(HitKind::Sprite { .. }) => 4,
         }] += 1;
     }
     assert!(kinds.iter().all(|&k| k > 2000), "{kinds:?}");

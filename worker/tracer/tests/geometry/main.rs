@@ -5,4 +5,5 @@ mod leave;
 mod particles;
 mod robust;
 mod shapes;
+mod sprites;
 mod watertight;

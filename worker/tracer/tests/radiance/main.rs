@@ -5,5 +5,6 @@ mod dome;
 mod exactness;
 mod lights;
 mod particles;
+mod sprites;
 mod surfaces;
 mod water;
