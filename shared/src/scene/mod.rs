@@ -26,7 +26,10 @@ mod water;
 pub use animation::{Animation, CameraKey, InstanceKey, Spin};
 pub use camera::Camera;
 pub use cloud::{Cloud, Formation, ImageFormation, ParticleCloud, RadialFormation, SpriteCloud};
-pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMaterial};
+pub use material::{
+    Channel, ChannelTexture, Coat, Conductor, GgxMaterial, GgxModel, LambertMaterial, LobeSampling,
+    Material, PhongMaterial,
+};
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};

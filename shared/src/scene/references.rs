@@ -24,13 +24,18 @@ pub fn obj_libraries(bytes: &[u8]) -> Vec<String> {
     names
 }
 
-/// Names of the textures of an MTL file that the renderer reads (`map_Kd`), in
-/// their order, each once. Options before the name are taken away.
+/// Statements of an MTL file whose textures the renderer reads: colour,
+/// roughness and metalness.
+const MTL_MAPS: [&[u8]; 3] = [b"map_Kd", b"map_Pr", b"map_Pm"];
+
+/// Names of the textures of an MTL file that the renderer reads (`map_Kd`,
+/// `map_Pr`, `map_Pm`), in their order, each once. Options before the name are
+/// taken away.
 #[must_use]
 pub fn mtl_textures(bytes: &[u8]) -> Vec<String> {
     let mut names = Vec::new();
     for line in logical_lines(bytes) {
-        if let Some(rest) = argument(&line.text, b"map_Kd") {
+        for rest in MTL_MAPS.iter().filter_map(|map| argument(&line.text, map)) {
             let name = strip_map_options(&rest);
             if !name.is_empty() {
                 push_once(&mut names, name.to_owned());
@@ -199,10 +204,17 @@ mod tests {
 
     #[test]
     fn textures_without_their_options() {
-        let mtl = b"newmtl a\r\nmap_Kd -s 1 1 1 -o 0.5 livery one.png\r\nmap_Ks no.png\n\tmap_Kd -clamp on -mm 0 1 b.png\nmap_Kd -o 1 c.png\nmap_Kd\nmap_Kd -s 2 2 2\nmap_Kd -x.png\n";
+        let mtl = b"newmtl a\r\nmap_Kd -s 1 1 1 -o 0.5 livery one.png\r\nmap_Ks no.png\n\tmap_Kd -clamp on -mm 0 1 b.png\nmap_Kd -o 1 c.png\nmap_Kd\nmap_Kd -s 2 2 2\nmap_Kd -x.png\nmap_Pr -imfchan g orm.png\nmap_Pm orm.png\nmap_Pm metal.png\n";
         assert_eq!(
             mtl_textures(mtl),
-            ["livery one.png", "b.png", "c.png", "-x.png"]
+            [
+                "livery one.png",
+                "b.png",
+                "c.png",
+                "-x.png",
+                "orm.png",
+                "metal.png"
+            ]
         );
     }
 

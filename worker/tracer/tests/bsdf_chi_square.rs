@@ -35,6 +35,7 @@ fn tables() -> Tables {
     Tables::build(&TableNeeds {
         schlick: true,
         etas: vec![ETA],
+        ..TableNeeds::default()
     })
     .expect("valid needs")
 }

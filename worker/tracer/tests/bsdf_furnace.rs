@@ -110,6 +110,7 @@ fn tables() -> Tables {
     Tables::build(&TableNeeds {
         schlick: true,
         etas: vec![ETA],
+        ..TableNeeds::default()
     })
     .expect("valid needs")
 }

@@ -86,6 +86,7 @@ fn bumps_make_no_light() {
     let tables = Tables::build(&TableNeeds {
         schlick: false,
         etas: vec![1.333],
+        ..TableNeeds::default()
     })
     .expect("valid needs");
     for (alpha, least) in [(0.0, 0.90), (0.2, 0.80)] {

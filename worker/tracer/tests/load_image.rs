@@ -6,8 +6,13 @@ use exr::prelude::{
     SmallVec, SpecificChannels, WritableImage, f16,
 };
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Rgb, RgbImage, RgbaImage};
-use shearwater_tracer::load::{load_cloud_image, load_sky, load_texture};
+use shearwater_shared::scene::SceneError;
+use shearwater_tracer::load::{Encoding as Bytes, Texture, load_cloud_image, load_sky, load_texture};
 use std::io::Cursor;
+
+fn load_color(file: &str, bytes: &[u8]) -> Result<Texture, SceneError> {
+    load_texture(file, bytes, Bytes::Srgb)
+}
 
 fn encode(image: &DynamicImage, format: ImageFormat) -> Vec<u8> {
     let mut bytes = Cursor::new(Vec::new());
@@ -64,10 +69,23 @@ fn linear(byte: u8) -> f32 {
 }
 
 #[test]
+fn data_are_not_colours() {
+    let bytes = png(&[[0, 51, 128], [255; 3]], 2);
+    let texture = load_texture("t.png", &bytes, Bytes::Linear).unwrap();
+    near(texture.rgb(0.25, 0.5), [0.0, 0.2, 128.0 / 255.0]);
+    near(texture.rgb(0.75, 0.5), [1.0; 3]);
+    let image = exr_with(1, 1, Compression::ZIP1, |_, _| (0.25, 0.5, 0.75));
+    for encoding in [Bytes::Srgb, Bytes::Linear] {
+        let texture = load_texture("t.exr", &image, encoding).unwrap();
+        near(texture.rgb(0.5, 0.5), [0.25, 0.5, 0.75]);
+    }
+}
+
+#[test]
 fn a_png_is_srgb_repeats_and_has_its_top_row_at_v_1() {
     // Red and green on top, blue and white below.
     let bytes = png(&[[255, 0, 0], [0, 188, 0], [0, 0, 255], [255; 3]], 2);
-    let texture = load_texture("t.png", &bytes).unwrap();
+    let texture = load_color("t.png", &bytes).unwrap();
     assert_eq!((texture.width, texture.height, texture.bytes()), (2, 2, 16));
     let (red, green, blue, white) = (
         [1.0, 0.0, 0.0],
@@ -94,7 +112,7 @@ fn a_png_is_srgb_repeats_and_has_its_top_row_at_v_1() {
 
 #[test]
 fn odd_coordinates_are_answered() {
-    let texture = load_texture("t.png", &png(&[[200; 3]; 6], 3)).unwrap();
+    let texture = load_color("t.png", &png(&[[200; 3]; 6], 3)).unwrap();
     for u in [
         f32::NAN,
         f32::INFINITY,
@@ -121,12 +139,12 @@ fn every_kind_of_png_and_a_jpeg_are_read() {
     let clear =
         DynamicImage::ImageRgba8(RgbaImage::from_pixel(3, 2, image::Rgba([128, 128, 128, 0])));
     for image in [grey.clone(), DynamicImage::ImageRgb16(wide), clear] {
-        let texture = load_texture("t", &encode(&image, ImageFormat::Png)).unwrap();
+        let texture = load_color("t", &encode(&image, ImageFormat::Png)).unwrap();
         near(texture.rgb(0.4, 0.4), [linear(128); 3]);
     }
     for image in [grey.clone(), DynamicImage::ImageRgb8(grey.to_rgb8())] {
         let bytes = encode(&image, ImageFormat::Jpeg);
-        let value = load_texture("t", &bytes).unwrap().rgb(0.4, 0.4);
+        let value = load_color("t", &bytes).unwrap().rgb(0.4, 0.4);
         assert!((value[0] - linear(128)).abs() < 0.02, "{value:?}");
         let sky = load_sky("s", &bytes).unwrap();
         assert_eq!((sky.width, sky.height, sky.rgb.len()), (3, 2, 6));
@@ -173,7 +191,7 @@ fn what_is_not_light_is_zero_and_counted() {
     );
     assert_eq!(sky.bad_texels, 3);
     // As reflectance, what is above 1 is too much as well.
-    let texture = load_texture("t.exr", &bytes).unwrap();
+    let texture = load_color("t.exr", &bytes).unwrap();
     assert_eq!(texture.rgb(0.625, 0.5), [0.0, 1.0, 0.5]);
     assert_eq!(texture.bad_texels, 5);
 }
@@ -259,7 +277,7 @@ fn crc32(bytes: &[u8]) -> u32 {
 #[test]
 fn huge_pictures_are_refused_by_their_header() {
     for (width, height) in [(100_000, 100_000), (2_000_000_000, 2), (16_385, 8_192)] {
-        let error = load_texture("t.png", &png_header(width, height))
+        let error = load_color("t.png", &png_header(width, height))
             .unwrap_err()
             .to_string();
         assert!(
@@ -281,7 +299,7 @@ fn huge_pictures_are_refused_by_their_header() {
 #[test]
 fn other_formats_are_named() {
     for bytes in [&b""[..], b"#?RADIANCE\n", b"GIF89a\x01\0\x01\0", b"<svg>"] {
-        let error = load_texture("t.hdr", bytes).unwrap_err().to_string();
+        let error = load_color("t.hdr", bytes).unwrap_err().to_string();
         assert_eq!(
             error,
             "t.hdr: .: not a picture that can be read: expected PNG, JPEG or EXR"
@@ -313,11 +331,11 @@ fn damaged_files_are_errors_or_pictures_but_never_panics() {
         (state >> 33) as usize % below
     };
     for file in &files {
-        assert!(load_texture("t", file).is_ok());
+        assert!(load_color("t", file).is_ok());
         for length in 0..file.len().min(700) {
-            let _ = load_texture("t", &file[..length]);
+            let _ = load_color("t", &file[..length]);
         }
-        assert!(load_texture("t", &file[..file.len() / 2]).is_err() || file.starts_with(&[0xff]));
+        assert!(load_color("t", &file[..file.len() / 2]).is_err() || file.starts_with(&[0xff]));
         for _ in 0..3000 {
             let mut damaged = file.clone();
             for _ in 0..=random(4) {

@@ -71,7 +71,7 @@ fn mtl_materials_become_ours() {
         panic!("{ours:?}")
     };
     assert_eq!(
-        (metal.base_color, metal.roughness, metal.metalness),
+        (metal.base_color, metal.roughness, metal.metalness()),
         ([0.5; 3], 0.2, 1.0)
     );
     assert!(matches!(&ours[3], Material::Lambert(m) if m.albedo == [0.5; 3]));

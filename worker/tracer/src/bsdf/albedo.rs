@@ -1,6 +1,7 @@
 //! Directional albedo of a GGX interface, by quadrature and as a grid.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::microfacet::{MIRROR_ALPHA_MAX, reflect, sample_visible_normal, smith_length};
 
@@ -52,20 +53,10 @@ pub(super) struct AlbedoGrid<const N: usize> {
 
 impl<const N: usize> AlbedoGrid<N> {
     /// The albedos under N Fresnel laws at once.
-    pub(super) fn fill(laws: impl Fn(f32) -> [f32; N]) -> Self {
-        let mut values = Vec::with_capacity(ALPHA_NODES * MU_NODES);
-        for row in 0..ALPHA_NODES {
-            let alpha = AlphaRow::alpha_of(row);
-            for column in 0..MU_NODES {
-                let t = column as f32 / (MU_NODES - 1) as f32;
-                let mu = t * t;
-                values.push(if alpha < MIRROR_ALPHA_MAX {
-                    laws(mu)
-                } else {
-                    directional_albedo(mu, alpha, &laws)
-                });
-            }
-        }
+    pub(super) fn fill(laws: impl Fn(f32) -> [f32; N] + Sync) -> Self {
+        // Rows are independent and come back in their order.
+        let rows = (0..ALPHA_NODES).into_par_iter();
+        let values: Vec<[f32; N]> = rows.flat_map_iter(|row| fill_row(row, &laws)).collect();
         let averages = values.chunks(MU_NODES).map(average).collect();
         Self { values, averages }
     }
@@ -97,6 +88,22 @@ impl<const N: usize> AlbedoGrid<N> {
         };
         core::array::from_fn(|k| near[0][k] + (near[1][k] - near[0][k]) * row.blend)
     }
+}
+
+fn fill_row<const N: usize>(
+    row: usize,
+    laws: &impl Fn(f32) -> [f32; N],
+) -> impl Iterator<Item = [f32; N]> {
+    let alpha = AlphaRow::alpha_of(row);
+    (0..MU_NODES).map(move |column| {
+        let t = column as f32 / (MU_NODES - 1) as f32;
+        let mu = t * t;
+        if alpha < MIRROR_ALPHA_MAX {
+            laws(mu)
+        } else {
+            directional_albedo(mu, alpha, laws)
+        }
+    })
 }
 
 /// The mean over visible normals of Fresnel times G2/G1: what the interface

@@ -30,9 +30,11 @@ pub enum BsdfError {
         what: &'static str,
     },
     /// More interfaces than tables are kept for.
-    #[error("{count} different refraction indices, but at most {limit} are supported: share some")]
-    TooManyIndices {
-        /// Indices asked for.
+    #[error("{count} different {what}, but at most {limit} are supported: share some")]
+    TooMany {
+        /// Which kind.
+        what: &'static str,
+        /// How many are asked for.
         count: usize,
         /// The limit.
         limit: usize,

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::albedo::AlphaRow;
-use super::coat::{self, Body, Interface, mirror_or};
 use super::error::{check_color, check_range};
 use super::fresnel::schlick;
+use super::interface::{self, Body, Interface, mirror_or};
 use super::tables::Tables;
 use super::{BsdfError, BsdfSample, GgxParameters};
 
@@ -67,14 +67,30 @@ impl Ggx {
         self
     }
 
+    /// The same material where its textures say this, everything in [0, 1].
+    #[inline]
+    #[must_use]
+    pub fn with_texel(
+        mut self,
+        tables: &Tables,
+        base_color: Vec3,
+        metalness: f32,
+        alpha: f32,
+    ) -> Self {
+        self.metalness = metalness;
+        self.alpha = mirror_or(alpha);
+        self.row = AlphaRow::new(self.alpha);
+        self.with_base_color(tables, base_color)
+    }
+
     #[inline]
     pub(super) fn eval_pdf(&self, tables: &Tables, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        coat::eval_pdf(self, self.alpha, &self.body, tables, wo, wi)
+        interface::eval_pdf(self, self.alpha, &self.body, tables, wo, wi)
     }
 
     #[inline]
     pub(super) fn sample(&self, tables: &Tables, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        coat::sample(self, self.alpha, &self.body, tables, wo, u)
+        interface::sample(self, self.alpha, &self.body, tables, wo, u)
     }
 
     pub(super) fn albedo(&self) -> Vec3 {

@@ -9,12 +9,12 @@ use core::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::coat::{mirror, mirror_or};
 use super::error::{check_color, check_range};
 use super::fresnel::{luminance, schlick};
-use super::lobe::{above, mixture_sample, specular_probability};
+use super::interface::{mirror, mirror_or};
+use super::lobe::{above, lobe_sample, mixture_sample, specular_probability};
 use super::microfacet::{ggx_d, reflect};
-use super::{BsdfError, BsdfSample, GgxParameters};
+use super::{BsdfError, BsdfSample, GgxParameters, LobeSampling};
 use crate::math::warp::{azimuth, cosine_hemisphere};
 
 /// Least weight of the shiny lobe when a lobe is chosen.
@@ -27,6 +27,7 @@ pub struct GgxReport {
     f0: Vec3,
     alpha: f32,
     specular_probability: f32,
+    sampling: LobeSampling,
 }
 
 impl GgxReport {
@@ -40,6 +41,7 @@ impl GgxReport {
             f0: Vec3::ZERO,
             alpha: mirror_or(check_range("alpha", parameters.alpha, 0.0, 1.0)?),
             specular_probability: 1.0,
+            sampling: LobeSampling::default(),
         };
         let metalness = check_range("metalness", parameters.metalness, 0.0, 1.0)?;
         let dielectric = check_range("dielectric_f0", parameters.dielectric_f0, 0.0, 1.0)?;
@@ -63,6 +65,21 @@ impl GgxReport {
         self
     }
 
+    /// The same material where a texture gives it another alpha in [0, 1].
+    #[inline]
+    #[must_use]
+    pub fn with_alpha(mut self, alpha: f32) -> Self {
+        self.alpha = mirror_or(alpha);
+        self
+    }
+
+    /// The same material, sampled so.
+    #[must_use]
+    pub fn with_sampling(mut self, sampling: LobeSampling) -> Self {
+        self.sampling = sampling;
+        self
+    }
+
     /// cos / (cos (1 - k) + k) without its numerator.
     #[inline]
     fn shadowing_denominator(&self, cos: f32) -> f32 {
@@ -72,28 +89,37 @@ impl GgxReport {
 
     #[inline]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        let [diffuse, shiny] = self.lobes(wo, wi);
+        let pdf =
+            (1.0 - self.specular_probability) * diffuse.1 + shiny.1 * self.specular_probability;
+        (diffuse.0 + shiny.0, pdf)
+    }
+
+    /// f cos and density of each lobe alone: diffuse, shiny.
+    #[inline]
+    fn lobes(&self, wo: Vec3, wi: Vec3) -> [(Vec3, f32); 2] {
         let half = wo + wi;
         let length = half.length_squared().sqrt();
         if length <= 0.0 {
-            return (Vec3::ZERO, 0.0);
+            return [(Vec3::ZERO, 0.0); 2];
         }
         let cos_half = (0.5 * length).min(1.0);
         let fresnel = schlick(self.f0, cos_half);
-        let mut value = (Vec3::ONE - fresnel) * self.kd * (FRAC_1_PI * wi.z);
-        let mut pdf = (1.0 - self.specular_probability) * FRAC_1_PI * wi.z;
-        if self.alpha > 0.0 {
-            let d = ggx_d(self.alpha, half);
-            let shadowing =
-                4.0 * self.shadowing_denominator(wo.z) * self.shadowing_denominator(wi.z);
-            value += fresnel * (d * wi.z / shadowing);
-            pdf += self.specular_probability * d * half.z / (length * 4.0 * cos_half);
+        let cosine = FRAC_1_PI * wi.z;
+        let diffuse = ((Vec3::ONE - fresnel) * self.kd * cosine, cosine);
+        if self.alpha == 0.0 {
+            return [diffuse, (Vec3::ZERO, 0.0)];
         }
-        (value, pdf)
+        let d = ggx_d(self.alpha, half);
+        let shadowing = 4.0 * self.shadowing_denominator(wo.z) * self.shadowing_denominator(wi.z);
+        let density = d * half.z / (length * 4.0 * cos_half);
+        [diffuse, (fresnel * (d * wi.z / shadowing), density)]
     }
 
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let wi = if u[0] >= self.specular_probability {
+        let is_shiny = u[0] < self.specular_probability;
+        let wi = if !is_shiny {
             cosine_hemisphere([u[1], u[2]])
         } else if self.alpha > 0.0 {
             let half = sample_normal(self.alpha, [u[1], u[2]]);
@@ -112,7 +138,13 @@ impl GgxReport {
         if !above(wi) {
             return None;
         }
-        mixture_sample(wi, self.eval_pdf(wo, wi))
+        match self.sampling {
+            LobeSampling::Mixture => mixture_sample(wi, self.eval_pdf(wo, wi)),
+            LobeSampling::Lobe => {
+                let lobes = self.lobes(wo, wi);
+                lobe_sample(wi, lobes, self.specular_probability, is_shiny)
+            }
+        }
     }
 
     pub(super) fn albedo(&self) -> Vec3 {

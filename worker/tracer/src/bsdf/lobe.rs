@@ -68,3 +68,31 @@ pub(super) fn mixture_sample(wi: Vec3, (value, pdf): (Vec3, f32)) -> Option<Bsdf
         None
     }
 }
+
+/// The sample at `wi` that counts the chosen lobe alone: its value over its own
+/// density and the chance to choose it. `lobes` are diffuse and shiny. The density
+/// it reports is that of both, as for light samples, whose weights must add to
+/// one with this one's at each direction; any such pair leaves the mean alone.
+#[inline]
+pub(super) fn lobe_sample(
+    wi: Vec3,
+    lobes: [(Vec3, f32); 2],
+    specular_probability: f32,
+    is_shiny: bool,
+) -> Option<BsdfSample> {
+    let chances = [1.0 - specular_probability, specular_probability];
+    let pdf = chances[0] * lobes[0].1 + chances[1] * lobes[1].1;
+    let chosen = usize::from(is_shiny);
+    let (value, density) = lobes[chosen];
+    let own = chances[chosen] * density;
+    if own > 0.0 && value != Vec3::ZERO {
+        Some(BsdfSample {
+            wi,
+            weight: value * (1.0 / own),
+            pdf,
+            delta: false,
+        })
+    } else {
+        None
+    }
+}

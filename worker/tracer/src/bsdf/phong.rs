@@ -6,8 +6,8 @@ use glam::Vec3;
 
 use super::error::{check_color, check_range};
 use super::fresnel::luminance;
-use super::lobe::{above, mixture_sample, specular_probability};
-use super::{BsdfError, BsdfSample};
+use super::lobe::{above, lobe_sample, mixture_sample, specular_probability};
+use super::{BsdfError, BsdfSample, LobeSampling};
 use crate::math::elementary::{exp, expm1, ln, log1p};
 use crate::math::frame::Frame;
 use crate::math::warp::{azimuth, cosine_hemisphere};
@@ -29,6 +29,8 @@ pub struct Phong {
     pub ks: Vec3,
     /// n, at least 0.
     pub exponent: f32,
+    /// How a direction is drawn.
+    pub sampling: LobeSampling,
 }
 
 impl Phong {
@@ -45,7 +47,19 @@ impl Phong {
         if sum > 1.0 + ENERGY_SLACK {
             return Err(BsdfError::TooBright { sum });
         }
-        Ok(Self { kd, ks, exponent })
+        Ok(Self {
+            kd,
+            ks,
+            exponent,
+            sampling: LobeSampling::default(),
+        })
+    }
+
+    /// The same material, sampled so.
+    #[must_use]
+    pub fn with_sampling(mut self, sampling: LobeSampling) -> Self {
+        self.sampling = sampling;
+        self
     }
 
     #[inline]
@@ -55,8 +69,17 @@ impl Phong {
 
     #[inline]
     pub(super) fn eval_pdf(&self, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
+        let [diffuse, shiny] = self.lobes(wo, wi);
+        let probability = self.specular_probability();
+        let pdf = probability * shiny.1 + (1.0 - probability) * diffuse.1;
+        (diffuse.0 + shiny.0, pdf)
+    }
+
+    /// f cos and density of each lobe alone: diffuse, shiny.
+    #[inline]
+    fn lobes(&self, wo: Vec3, wi: Vec3) -> [(Vec3, f32); 2] {
         if self.ks == Vec3::ZERO && self.kd == Vec3::ZERO {
-            return (Vec3::ZERO, 0.0);
+            return [(Vec3::ZERO, 0.0); 2];
         }
         let mirror = Vec3::new(-wo.x, -wo.y, wo.z);
         // 1 - cos of the angle to the mirror direction, from the chord: the
@@ -68,16 +91,19 @@ impl Phong {
             0.0
         };
         let lobe = power * (0.5 * FRAC_1_PI);
-        let value = self.kd * FRAC_1_PI + self.ks * ((self.exponent + 2.0) * lobe);
-        let probability = self.specular_probability();
-        let pdf =
-            probability * ((self.exponent + 1.0) * lobe) + (1.0 - probability) * FRAC_1_PI * wi.z;
-        (value * wi.z, pdf)
+        let cosine = FRAC_1_PI * wi.z;
+        let shiny = self.ks * ((self.exponent + 2.0) * lobe * wi.z);
+        [
+            (self.kd * cosine, cosine),
+            (shiny, (self.exponent + 1.0) * lobe),
+        ]
     }
 
     #[inline]
     pub(super) fn sample(&self, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        let wi = if u[0] < self.specular_probability() {
+        let probability = self.specular_probability();
+        let is_shiny = u[0] < probability;
+        let wi = if is_shiny {
             // cos = v^(1/(n+1)), by way of 1 - cos.
             let q = -expm1(ln(1.0 - u[1]) / (self.exponent + 1.0));
             let sin = (q * (2.0 - q)).sqrt();
@@ -92,7 +118,10 @@ impl Phong {
         if !above(wi) {
             return None;
         }
-        mixture_sample(wi, self.eval_pdf(wo, wi))
+        match self.sampling {
+            LobeSampling::Mixture => mixture_sample(wi, self.eval_pdf(wo, wi)),
+            LobeSampling::Lobe => lobe_sample(wi, self.lobes(wo, wi), probability, is_shiny),
+        }
     }
 
     #[inline]

@@ -3,9 +3,9 @@
 use glam::Vec3;
 
 use super::albedo::AlphaRow;
-use super::coat::{self, Body, Interface, mirror_or};
 use super::error::{check_color, check_range};
 use super::fresnel::{dielectric, dielectric_f0};
+use super::interface::{self, Body, Interface, mirror_or};
 use super::tables::Tables;
 use super::{BsdfError, BsdfSample};
 
@@ -84,12 +84,12 @@ impl Water {
 
     #[inline]
     pub(super) fn eval_pdf(&self, tables: &Tables, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
-        coat::eval_pdf(self, self.alpha, &self.body, tables, wo, wi)
+        interface::eval_pdf(self, self.alpha, &self.body, tables, wo, wi)
     }
 
     #[inline]
     pub(super) fn sample(&self, tables: &Tables, wo: Vec3, u: [f32; 3]) -> Option<BsdfSample> {
-        coat::sample(self, self.alpha, &self.body, tables, wo, u)
+        interface::sample(self, self.alpha, &self.body, tables, wo, u)
     }
 
     pub(super) fn albedo(&self) -> Vec3 {

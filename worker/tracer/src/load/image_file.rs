@@ -1,4 +1,4 @@
-//! PNG and JPEG pictures as 8-bit sRGB.
+//! PNG and JPEG pictures as 8-bit texels.
 
 use super::exr_file::{MAGIC, check_size};
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
@@ -14,9 +14,9 @@ pub(super) enum Format {
     Jpeg,
 }
 
-/// 8-bit texels, rows from the top.
+/// 8-bit texels, rows from the top; their user knows what a byte means.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct SrgbImage {
+pub(super) struct ByteImage {
     pub(super) width: u32,
     pub(super) height: u32,
     pub(super) rgba: Vec<[u8; 4]>,
@@ -42,7 +42,7 @@ pub(super) fn read_image(
     file: &str,
     bytes: &[u8],
     format: Format,
-) -> Result<SrgbImage, SceneError> {
+) -> Result<ByteImage, SceneError> {
     read_image_within(file, bytes, format, TEXELS_MAX)
 }
 
@@ -52,7 +52,7 @@ pub(super) fn read_image_within(
     bytes: &[u8],
     format: Format,
     texels_max: u64,
-) -> Result<SrgbImage, SceneError> {
+) -> Result<ByteImage, SceneError> {
     let (format, name) = match format {
         Format::Jpeg => (ImageFormat::Jpeg, "JPEG"),
         Format::Png | Format::Exr => (ImageFormat::Png, "PNG"),
@@ -79,7 +79,7 @@ pub(super) fn read_image_within(
         .map_err(fail)?
         .into_rgba8()
         .into_raw();
-    Ok(SrgbImage {
+    Ok(ByteImage {
         width,
         height,
         rgba: bytemuck::allocation::try_cast_vec(rgba).unwrap_or_else(|(_, rgba)| {

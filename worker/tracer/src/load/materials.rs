@@ -1,8 +1,9 @@
 //! Which material each name in an OBJ means.
 
-use super::{Assets, LoadedMesh, MtlMaterial, UNNAMED_MATERIAL};
+use super::{Assets, LoadedMesh, MtlMap, MtlMaterial, UNNAMED_MATERIAL};
 use shearwater_shared::scene::{
-    GgxMaterial, GgxModel, LambertMaterial, Material, Mesh, PhongMaterial, SceneError,
+    Channel, ChannelTexture, GgxMaterial, GgxModel, LambertMaterial, LobeSampling, Material, Mesh,
+    PhongMaterial, SceneError,
 };
 use std::collections::BTreeMap;
 
@@ -47,7 +48,7 @@ pub fn resolve_materials(
                 return Ok(material.clone());
             }
             if let Some(material) = loaded.mtl.get(name) {
-                check_texture(material, assets)?;
+                check_textures(material, assets)?;
                 return Ok(from_mtl(material));
             }
             if name == UNNAMED_MATERIAL {
@@ -73,15 +74,15 @@ fn list<'a>(names: impl ExactSizeIterator<Item = &'a String>) -> String {
     }
 }
 
-fn check_texture(material: &MtlMaterial, assets: &Assets) -> Result<(), SceneError> {
-    match &material.map_kd {
-        Some(name) if !assets.contains_key(name) => {
-            let (file, line) = &material.map_kd_at;
+fn check_textures(material: &MtlMaterial, assets: &Assets) -> Result<(), SceneError> {
+    let maps = [&material.map_kd, &material.map_pr, &material.map_pm];
+    for MtlMap { asset, file, line } in maps.into_iter().flatten() {
+        if !assets.contains_key(asset) {
             let message = format!("the texture is missing; line {line} of {file} names it");
-            Err(SceneError::new(name, ".", message))
+            return Err(SceneError::new(asset, ".", message));
         }
-        _ => Ok(()),
     }
+    Ok(())
 }
 
 fn lambert(albedo: [f32; 3], albedo_texture: Option<String>) -> Material {
@@ -94,16 +95,12 @@ fn lambert(albedo: [f32; 3], albedo_texture: Option<String>) -> Material {
 /// The nearest material of ours: GGX where the PBR extension is used, Phong
 /// where there is a specular share, else Lambert.
 fn from_mtl(mtl: &MtlMaterial) -> Material {
-    let texture = mtl.map_kd.clone();
-    if mtl.roughness.is_some() || mtl.metalness.is_some() {
-        return Material::Ggx(GgxMaterial {
-            base_color: mtl.kd,
-            base_color_texture: texture,
-            roughness: mtl.roughness.unwrap_or(DEFAULT_ROUGHNESS),
-            metalness: mtl.metalness.unwrap_or(0.0),
-            specular_f0: 0.04,
-            model: GgxModel::default(),
-        });
+    let texture = mtl.map_kd.as_ref().map(|map| map.asset.clone());
+    let physical = [mtl.roughness, mtl.metalness].iter().any(Option::is_some)
+        || mtl.map_pr.is_some()
+        || mtl.map_pm.is_some();
+    if physical {
+        return Material::Ggx(metallic(mtl, texture));
     }
     if mtl.ks == [0.0; 3] {
         return lambert(mtl.kd, texture);
@@ -120,5 +117,35 @@ fn from_mtl(mtl: &MtlMaterial) -> Material {
         kd_texture: texture,
         ks: mtl.ks.map(|s| s / most),
         exponent: mtl.ns,
+        sampling: LobeSampling::default(),
     })
+}
+
+/// The PBR extension's material: a map without a number stands for itself.
+fn metallic(mtl: &MtlMaterial, base_color_texture: Option<String>) -> GgxMaterial {
+    let channel = |map: &Option<MtlMap>| {
+        map.as_ref().map(|map| ChannelTexture {
+            file: map.asset.clone(),
+            channel: Channel::R,
+        })
+    };
+    let unsaid = if mtl.map_pr.is_some() {
+        1.0
+    } else {
+        DEFAULT_ROUGHNESS
+    };
+    GgxMaterial {
+        base_color: mtl.kd,
+        base_color_texture,
+        roughness: mtl.roughness.unwrap_or(unsaid),
+        roughness_texture: channel(&mtl.map_pr),
+        metalness: mtl.metalness,
+        metalness_texture: channel(&mtl.map_pm),
+        specular_f0: 0.04,
+        conductor: None,
+        f82: None,
+        coat: None,
+        model: GgxModel::default(),
+        sampling: LobeSampling::default(),
+    }
 }

@@ -21,11 +21,11 @@ mod vertices;
 
 pub use cloud_image::{CloudImage, load_cloud_image};
 pub use materials::resolve_materials;
-pub use mtl::MtlMaterial;
+pub use mtl::{MtlMap, MtlMaterial};
 pub use notes::LoadNotes;
 pub use obj::{LoadedMesh, UNNAMED_MATERIAL, load_mesh};
 pub use sky::{SkyImage, load_sky};
-pub use texture::{Texture, load_texture};
+pub use texture::{Encoding, Texture, load_texture};
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

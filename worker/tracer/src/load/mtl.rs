@@ -22,10 +22,23 @@ pub struct MtlMaterial {
     pub roughness: Option<f32>,
     /// Metalness `Pm` of the PBR extension, 0 to 1.
     pub metalness: Option<f32>,
-    /// Asset name of the texture that multiplies `kd` (`map_Kd`).
-    pub map_kd: Option<String>,
-    /// The MTL file and line that name the texture, for errors.
-    pub map_kd_at: (String, usize),
+    /// Texture that multiplies `kd` (`map_Kd`).
+    pub map_kd: Option<MtlMap>,
+    /// Texture whose red channel multiplies `roughness` (`map_Pr`).
+    pub map_pr: Option<MtlMap>,
+    /// Texture whose red channel multiplies `metalness` (`map_Pm`).
+    pub map_pm: Option<MtlMap>,
+}
+
+/// A texture that an MTL file names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MtlMap {
+    /// Asset name of the texture.
+    pub asset: String,
+    /// The MTL file that names it, for errors.
+    pub file: String,
+    /// The line, from 1.
+    pub line: usize,
 }
 
 /// A material under construction: what was said so far.
@@ -38,8 +51,9 @@ struct Draft {
     illum: Option<f32>,
     roughness: Option<f32>,
     metalness: Option<f32>,
-    map_kd: Option<String>,
-    map_kd_line: usize,
+    map_kd: Option<(String, usize)>,
+    map_pr: Option<(String, usize)>,
+    map_pm: Option<(String, usize)>,
 }
 
 /// Add the materials of an MTL file to `materials`; of two with one name the
@@ -92,13 +106,20 @@ fn statement(draft: &mut Draft, text: &[u8], line: usize) -> Result<(), String> 
     } else if let Some(rest) = argument("Pm") {
         draft.metalness = Some(number("Pm", &rest)?.clamp(0.0, 1.0));
     } else if let Some(rest) = argument("map_Kd") {
-        let name = strip_map_options(&rest);
-        if !name.is_empty() {
-            draft.map_kd = Some(name.to_owned());
-            draft.map_kd_line = line;
-        }
+        texture(&mut draft.map_kd, &rest, line);
+    } else if let Some(rest) = argument("map_Pr") {
+        texture(&mut draft.map_pr, &rest, line);
+    } else if let Some(rest) = argument("map_Pm") {
+        texture(&mut draft.map_pm, &rest, line);
     }
     Ok(())
+}
+
+fn texture(map: &mut Option<(String, usize)>, rest: &str, line: usize) {
+    let name = strip_map_options(rest);
+    if !name.is_empty() {
+        *map = Some((name.to_owned(), line));
+    }
 }
 
 /// One grey value or three channels.
@@ -131,6 +152,13 @@ fn number(keyword: &str, rest: &str) -> Result<f32, String> {
 fn finish(file: &str, draft: Option<Draft>, materials: &mut BTreeMap<String, MtlMaterial>) {
     let Some(draft) = draft else { return };
     let unsaid = if draft.map_kd.is_some() { 1.0 } else { 0.5 };
+    let map = |named: Option<(String, usize)>| {
+        named.map(|(name, line)| MtlMap {
+            asset: resolve(file, &name),
+            file: file.to_owned(),
+            line,
+        })
+    };
     let matte = draft.illum.is_some_and(|illum| illum < 2.0);
     materials.entry(draft.name).or_insert_with(|| MtlMaterial {
         kd: draft.kd.unwrap_or([unsaid; 3]),
@@ -138,7 +166,8 @@ fn finish(file: &str, draft: Option<Draft>, materials: &mut BTreeMap<String, Mtl
         ns: draft.ns,
         roughness: draft.roughness,
         metalness: draft.metalness,
-        map_kd: draft.map_kd.as_deref().map(|name| resolve(file, name)),
-        map_kd_at: (file.to_owned(), draft.map_kd_line),
+        map_kd: map(draft.map_kd),
+        map_pr: map(draft.map_pr),
+        map_pm: map(draft.map_pm),
     });
 }

@@ -1,8 +1,17 @@
 //! Textures of reflectance.
 
 use super::exr_file::{LinearImage, read_exr};
-use super::image_file::{Format, SrgbImage, format_of, read_image};
+use super::image_file::{ByteImage, Format, format_of, read_image};
 use shearwater_shared::scene::SceneError;
+
+/// What the bytes of a PNG or JPEG mean. An EXR holds plain numbers anyway.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Encoding {
+    /// Colours, encoded by the sRGB curve.
+    Srgb,
+    /// Plain numbers: 255 is 1.
+    Linear,
+}
 
 /// A picture that is looked up by texture coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,23 +28,29 @@ pub struct Texture {
 /// Rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 enum Texels {
-    /// 4 bytes each and what each byte is in linear light.
-    Srgb {
+    /// 4 bytes each and what each byte means.
+    Bytes {
         rgba: Vec<[u8; 4]>,
         linear: Box<[f32; 256]>,
     },
     Linear(Vec<[f32; 3]>),
 }
 
-/// Read a PNG or JPEG (sRGB) or an EXR (linear) as reflectance, each channel
-/// 0 to 1.
+/// Read a PNG or JPEG (by its encoding) or an EXR (linear) as reflectance or
+/// other shares, each channel 0 to 1.
 ///
 /// # Errors
 /// Another format, a damaged file, more texels than allowed, DWAA or DWAB.
-pub fn load_texture(file: &str, bytes: &[u8]) -> Result<Texture, SceneError> {
+pub fn load_texture(file: &str, bytes: &[u8], encoding: Encoding) -> Result<Texture, SceneError> {
     match format_of(file, bytes)? {
         Format::Exr => Ok(Texture::from_linear(read_exr(file, bytes)?)),
-        format => Ok(Texture::from_srgb(read_image(file, bytes, format)?)),
+        format => Ok(Texture::from_bytes(
+            read_image(file, bytes, format)?,
+            match encoding {
+                Encoding::Srgb => srgb_table(),
+                Encoding::Linear => linear_table(),
+            },
+        )),
     }
 }
 
@@ -53,15 +68,20 @@ pub(super) fn srgb_table() -> Box<[f32; 256]> {
     table
 }
 
+/// Shares of 255.
+fn linear_table() -> Box<[f32; 256]> {
+    Box::new(std::array::from_fn(|byte| byte as f32 / 255.0))
+}
+
 impl Texture {
-    fn from_srgb(image: SrgbImage) -> Self {
+    fn from_bytes(image: ByteImage, meaning: Box<[f32; 256]>) -> Self {
         Self {
             width: image.width,
             height: image.height,
             bad_texels: 0,
-            texels: Texels::Srgb {
+            texels: Texels::Bytes {
                 rgba: image.rgba,
-                linear: srgb_table(),
+                linear: meaning,
             },
         }
     }
@@ -102,7 +122,7 @@ impl Texture {
     fn texel(&self, column: u32, row: u32) -> [f32; 3] {
         let index = row as usize * self.width as usize + column as usize;
         match &self.texels {
-            Texels::Srgb { rgba, linear } => {
+            Texels::Bytes { rgba, linear } => {
                 let [r, g, b, _] = rgba[index];
                 [r, g, b].map(|byte| linear[usize::from(byte)])
             }
@@ -114,7 +134,7 @@ impl Texture {
     #[must_use]
     pub fn bytes(&self) -> usize {
         match &self.texels {
-            Texels::Srgb { rgba, .. } => rgba.len() * 4,
+            Texels::Bytes { rgba, .. } => rgba.len() * 4,
             Texels::Linear(rgb) => rgb.len() * 12,
         }
     }

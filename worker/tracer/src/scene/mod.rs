@@ -116,15 +116,11 @@ impl Scene {
             None => placed.materials[mesh.material_of[prim as usize] as usize],
         };
         let material = &self.common.materials[number as usize];
-        let tint = match material.texture {
-            Some(texture) if !mesh.uvs.is_empty() => {
-                let uv =
-                    mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v;
-                Vec3::from_array(self.common.textures[texture as usize].rgb(uv.x, uv.y))
-            }
-            _ => Vec3::ONE,
-        };
-        (normal, material.bsdf(&self.common.tables, tint))
+        let uv = (material.is_textured() && !mesh.uvs.is_empty()).then(|| {
+            mesh.uvs[corners[0]] * w + mesh.uvs[corners[1]] * u + mesh.uvs[corners[2]] * v
+        });
+        let bsdf = material.bsdf(&self.common.tables, &self.common.textures, uv);
+        (normal, bsdf)
     }
 
     /// Scattering of a particle.

@@ -1,7 +1,7 @@
 //! From a description and the bytes of its files to what all its frames share.
 
 use super::clouds::build_clouds;
-use super::material::{Textures, needs_schlick};
+use super::material::{Textures, add_needs};
 use super::meshes::{BuiltMesh, Materials, build_meshes};
 use super::sky::build_sky;
 use super::{Common, Scene};
@@ -132,15 +132,15 @@ fn build_tables(
     description: &SceneDescription,
     meshes: &[BuiltMesh],
 ) -> Result<Tables, SceneError> {
-    let needs = TableNeeds {
-        schlick: description
-            .materials
-            .values()
-            .chain(meshes.iter().flat_map(|m| &m.materials))
-            .any(needs_schlick),
+    let mut needs = TableNeeds {
         etas: description.water.as_ref().map(ior).into_iter().collect(),
+        ..TableNeeds::default()
     };
-    Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
+    let of_meshes = meshes.iter().flat_map(|m| &m.materials);
+    for material in description.materials.values().chain(of_meshes) {
+        add_needs(&mut needs, material);
+    }
+    Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "materials", e.to_string()))
 }
 
 fn ior(water: &scene::Water) -> f32 {

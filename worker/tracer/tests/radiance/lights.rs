@@ -163,6 +163,7 @@ fn a_rough_metal_reflects_the_sun_as_its_integral_says() {
     let tables = Tables::build(&TableNeeds {
         schlick: true,
         etas: Vec::new(),
+        ..TableNeeds::default()
     })
     .expect("tables");
     for roughness in [0.2, 0.4, 0.6, 0.9f32] {
