@@ -20,7 +20,8 @@ fn the_full_scene_is_read() {
             "clouds/cumulus.png",
             "models/plane.obj",
             "sky.exr",
-            "tex/clay.png"
+            "tex/clay.png",
+            "tex/orm.png"
         ]
     );
     // What is written is what is read.

@@ -14,7 +14,12 @@ pub(super) fn full() -> Value {
         "materials": {
             "clay": {"type": "lambert", "albedo": [0.5, 0.5, 0.5], "albedo_texture": "tex/clay.png"},
             "gloss": {"type": "phong", "kd": [0.9, 0.5, 0.5], "ks": [0.1, 0.1, 0.1], "exponent": 50},
-            "livery": {"roughness": 0.3, "type": "ggx", "metalness": 0.5, "model": "report"}
+            "livery": {"roughness": 0.3, "type": "ggx", "metalness": 0.5, "model": "report"},
+            "chrome": {"type": "ggx", "roughness": 0.5, "roughness_texture": {"file": "tex/orm.png", "channel": "g"},
+                "metalness_texture": {"file": "tex/orm.png", "channel": "b"},
+                "conductor": {"n": [1.5, 1, 0.6], "k": [7.8, 6.7, 5.5]},
+                "coat": {"weight": 0.5, "roughness": 0.1, "ior": 1.5}},
+            "tinted": {"type": "ggx", "roughness": 0.1, "f82": [1, 0.9, 0.8]}
         },
         "meshes": {"plane": {"file": "models/plane.obj", "normals": "flat", "crease_angle_deg": 30,
             "materials": {"Body 1": "livery"}}},

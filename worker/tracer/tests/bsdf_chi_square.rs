@@ -5,8 +5,11 @@
 mod support;
 
 use glam::Vec3;
-use shearwater_tracer::bsdf::{Bsdf, GgxModel, GgxParameters, Phong, TableNeeds, Tables, Water};
+use shearwater_tracer::bsdf::{
+    Bsdf, GgxModel, GgxParameters, LayerParameters, Layered, Phong, TableNeeds, Tables, Water,
+};
 use support::bins::{Chart, INTEGRAL_TOLERANCE, chi_square};
+use support::metals::{COPPER, coat};
 use support::{direction, sidak_level};
 
 const SAMPLES: u64 = 1_000_000;
@@ -21,6 +24,15 @@ const WATER_ALPHAS: [f32; 3] = [0.0, 0.02, 0.3];
 const REPORT_ALPHAS: [f32; 3] = [0.02, 0.2, 0.8];
 const PHONG_EXPONENTS: [f32; 5] = [0.0, 1.0, 30.0, 1000.0, 1e6];
 
+/// Alpha of the base and of the coat, and metalness.
+const COATED: [(f32, f32, f32); 5] = [
+    (0.3, 0.05, 1.0),
+    (0.05, 0.3, 1.0),
+    (0.2, 0.0, 1.0),
+    (0.0, 0.2, 1.0),
+    (0.3, 0.1, 0.4),
+];
+
 /// All tests of this file; together they would raise a false alarm with one
 /// set of seeds in a hundred (Sidak).
 const FAMILY: usize = ANGLES_DEG.len()
@@ -29,6 +41,7 @@ const FAMILY: usize = ANGLES_DEG.len()
         + WATER_ALPHAS.len()
         + REPORT_ALPHAS.len()
         + PHONG_EXPONENTS.len()
+        + COATED.len()
         + 2);
 
 fn tables() -> Tables {
@@ -147,6 +160,36 @@ fn ggx_report() {
             &tables,
             Chart::Half(f64::from(alpha)),
         );
+    }
+}
+
+#[test]
+fn coated_metal() {
+    let layer = |coat| LayerParameters {
+        metal: COPPER,
+        coat: Some(coat),
+    };
+    let needs = TableNeeds {
+        layers: COATED.map(|(_, alpha, _)| layer(coat(0.8, alpha))).to_vec(),
+        ..TableNeeds::default()
+    };
+    let tables = Tables::build(&needs).expect("valid needs");
+    for (alpha, coat_alpha, metalness) in COATED {
+        let parameters = GgxParameters {
+            base_color: Vec3::new(1.0, 0.8, 0.9),
+            metalness,
+            alpha,
+            dielectric_f0: 0.04,
+        };
+        let metal = Layered::new(&tables, &parameters, &layer(coat(0.8, coat_alpha)));
+        let bsdf = Bsdf::Layered(metal.expect("valid"));
+        let width = if alpha.min(coat_alpha) > 0.0 {
+            alpha.min(coat_alpha)
+        } else {
+            alpha.max(coat_alpha)
+        };
+        let name = format!("coat {coat_alpha} over");
+        check(&name, alpha, &bsdf, &tables, Chart::Half(f64::from(width)));
     }
 }
 

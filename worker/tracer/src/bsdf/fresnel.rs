@@ -46,15 +46,16 @@ pub fn dielectric_f0(eta: f32) -> f32 {
 }
 
 /// Exact reflectance of unpolarised light at a smooth metal of complex index
-/// n + ik seen from air; `cos` is clamped to [0, 1]. With u - v the real part of
-/// (n + ik)^2 - sin^2, and a^2 + b^2 its modulus (Born and Wolf, section 14.2;
-/// Lagarde 2013). k = 0 is [`dielectric`], also below n = 1.
+/// n + ik seen from air; `cos` is clamped to [0, 1]. (a + ib)^2 = (n + ik)^2 -
+/// sin^2 is known by its real part and its modulus a^2 + b^2 (Born and Wolf,
+/// section 14.2; Lagarde 2013). k = 0 is [`dielectric`], also below n = 1.
 #[inline]
 #[must_use]
 pub fn conductor(n: f32, k: f32, cos: f32) -> f32 {
     let c = cos.clamp(0.0, 1.0);
     let sin2 = (1.0 - c) * (1.0 + c);
-    let real = (n - k) * (n + k) - sin2;
+    // n^2 - k^2 - sin^2, exact also where n is 1 and k is 0.
+    let real = (n - 1.0) * (n + 1.0) - k * k + c * c;
     let modulus = (real * real + 4.0 * (n * k) * (n * k)).sqrt();
     // a^2 = (modulus + real)/2, without cancellation where real < 0, as in metals.
     let a2 = if real >= 0.0 {

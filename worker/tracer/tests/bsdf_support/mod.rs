@@ -4,6 +4,7 @@
 #![allow(unreachable_pub, reason = "a module of several test binaries")]
 
 pub mod bins;
+pub mod metals;
 pub mod quadrature;
 
 use glam::Vec3;
@@ -118,6 +119,10 @@ pub struct Moments {
 }
 
 impl Moments {
+    /// Of the single values.
+    pub fn variance(&self) -> f64 {
+        self.squares / self.count
+    }
     pub fn add(&mut self, v: f64) {
         self.count += 1.0;
         let delta = v - self.mean;

@@ -4,6 +4,7 @@ mod common;
 mod dome;
 mod exactness;
 mod lights;
+mod maps;
 mod particles;
 mod sprites;
 mod surfaces;
