@@ -408,7 +408,7 @@ fn values_out_of_range_are_named() {
             "/meshes/plane/materials/Body 1",
             json!("nix"),
             "meshes.plane.materials.Body 1",
-            "known: `clay`, `gloss`, `livery`",
+            "known: `chrome`, `clay`, `gloss`, `livery`, `tinted`",
         ),
         (
             "/instances/1/mesh",
