@@ -181,7 +181,7 @@ pub(super) fn intersect8<B: Backend, const USES: u8>(
             (best.t[lane], best.rank[lane]) = (t, rank::WATER);
         }
     }
-    let instances = Instances8 { scene, rays };
+    let instances = Instances8::<USES> { scene, rays };
     if let Some(index) = scene.lone {
         Leaf8::<B>::closest(&instances, index, 0xff, &mut best);
     } else {
@@ -220,7 +220,7 @@ pub(super) fn transmittance8<B: Backend, const USES: u8>(
             (best.t[lane], depth[lane]) = (-1.0, u32::MAX);
         }
     }
-    let instances = Instances8 { scene, rays };
+    let instances = Instances8::<USES> { scene, rays };
     if let Some(index) = scene.lone {
         Leaf8::<B>::dim(&instances, index, 0xff, &mut best, &mut depth);
     } else {
