@@ -41,7 +41,7 @@ pub(super) fn into_local<const USES: u8>(
 impl<B: Backend, const USES: u8> Leaf<B> for Instances<'_, USES> {
     #[inline(always)]
     fn closest(&self, index: u32, best: &mut Best) {
-        let instance = &self.scene.instances[index as usize];
+        let instance = &self.scene.placement.instances[index as usize];
         if let Some((o, d)) = into_local::<USES>(instance, self.ray) {
             B::mesh_closest(
                 &self.scene.meshes[instance.mesh as usize],
@@ -54,7 +54,7 @@ impl<B: Backend, const USES: u8> Leaf<B> for Instances<'_, USES> {
     }
     #[inline(always)]
     fn dim(&self, index: u32, best: &Best, depth: &mut u32) {
-        let instance = &self.scene.instances[index as usize];
+        let instance = &self.scene.placement.instances[index as usize];
         if let Some((o, d)) = into_local::<USES>(instance, self.ray)
             && B::mesh_dim(&self.scene.meshes[instance.mesh as usize], o, d, best.t)
         {

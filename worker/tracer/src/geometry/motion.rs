@@ -90,8 +90,9 @@ fn euler(turns: DVec3) -> DMat3 {
 }
 
 impl Joint {
+    /// The transform `time_s` seconds after the shutter opens.
     #[inline]
-    pub(super) fn at(&self, time_s: f64) -> DAffine3 {
+    pub fn at(&self, time_s: f64) -> DAffine3 {
         match self {
             Self::Fixed(affine) => *affine,
             Self::Slide(velocity) => DAffine3::from_translation(*velocity * time_s),

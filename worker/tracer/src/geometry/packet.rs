@@ -182,10 +182,10 @@ pub(super) fn intersect8<B: Backend, const USES: u8>(
         }
     }
     let instances = Instances8::<USES> { scene, rays };
-    if let Some(index) = scene.lone {
+    if let Some(index) = scene.placement.lone {
         Leaf8::<B>::closest(&instances, index, 0xff, &mut best);
     } else {
-        walk_closest(scene.top.nodes(), &packet, &instances, &mut best);
+        walk_closest(scene.placement.top.nodes(), &packet, &instances, &mut best);
     }
     if USES & PARTICLES != 0
         && let Some(particles) = &scene.particles
@@ -221,11 +221,11 @@ pub(super) fn transmittance8<B: Backend, const USES: u8>(
         }
     }
     let instances = Instances8::<USES> { scene, rays };
-    if let Some(index) = scene.lone {
+    if let Some(index) = scene.placement.lone {
         Leaf8::<B>::dim(&instances, index, 0xff, &mut best, &mut depth);
     } else {
         walk_dimming(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             &packet,
             &instances,
             &mut best,

@@ -23,7 +23,7 @@ impl<const USES: u8> Instances8<'_, USES> {
     /// The packet in mesh space; None if it is none there.
     #[inline(always)]
     fn enter<B: Backend>(&self, index: u32) -> Option<(PacketRay<B>, Triangles8<'_, B>)> {
-        let instance = &self.scene.instances[index as usize];
+        let instance = &self.scene.placement.instances[index as usize];
         let mesh = &self.scene.meshes[instance.mesh as usize];
         let mut o = [[0.0; 8]; 3];
         let mut d = [[0.0; 8]; 3];

@@ -41,11 +41,11 @@ pub(super) fn intersect<B: Backend, const USES: u8>(
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
     let instances = Instances::<USES> { scene, ray };
-    if let Some(index) = scene.lone {
+    if let Some(index) = scene.placement.lone {
         Leaf::<B>::closest(&instances, index, &mut best);
     } else {
         walk_closest(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             0,
             &BoxRay::<B>::new(o, d),
             &instances,
@@ -80,11 +80,11 @@ pub(super) fn transmittance<B: Backend, const USES: u8>(scene: &Geometry, ray: &
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
     let instances = Instances::<USES> { scene, ray };
     let mut depth = 0;
-    if let Some(index) = scene.lone {
+    if let Some(index) = scene.placement.lone {
         Leaf::<B>::dim(&instances, index, &best, &mut depth);
     } else {
         walk_dimming(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             &BoxRay::<B>::new(o, d),
             &instances,
             &best,
