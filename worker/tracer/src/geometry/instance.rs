@@ -1,9 +1,11 @@
 //! A mesh placed in the world.
 
-use glam::{Affine3A, DAffine3, DMat3, DVec3, Vec3};
+use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3, Vec3};
 
 use super::BuildError;
 use super::mesh::TriMesh;
+use super::motion::{Joint, Motion, narrow};
+use super::sweep::swept_bounds;
 
 /// World boxes are widened by this part of their largest coordinate, so that the
 /// roundings of the ray's way into mesh space cannot lose a triangle at the rim.
@@ -16,6 +18,9 @@ pub struct Instance {
     pub(super) mesh: u32,
     pub(super) world_from_local: Affine3A,
     pub(super) local_from_world: Affine3A,
+    /// What it does while the shutter is open; the transforms above are those of
+    /// its opening.
+    pub(super) motion: Option<Box<Motion>>,
 }
 
 impl Instance {
@@ -38,7 +43,44 @@ impl Instance {
             mesh,
             world_from_local,
             local_from_world,
+            motion: None,
         })
+    }
+
+    /// Places mesh number `mesh` by joints from the world down to the mesh. The
+    /// shutter is open from 0 to `shutter_s`, and no ray may have another time.
+    /// Motion is seen by queries with [`MOTION`](crate::uses::MOTION) alone.
+    ///
+    /// # Errors
+    /// A joint that is singular or not finite, at the shutter's opening or while
+    /// it is open.
+    pub fn moving(mesh: u32, joints: Vec<Joint>, shutter_s: f32) -> Result<Self, BuildError> {
+        let motion = Motion::new(joints, shutter_s);
+        let opening = narrow(&motion.world_from_local(0.0));
+        let mut instance = Self::new(mesh, opening)?;
+        if motion.is_fixed() {
+            return Ok(instance);
+        }
+        let (forth, back) = motion.both_ways(shutter_s);
+        if !(forth.is_finite() && back.is_finite()) {
+            return Err(BuildError::SingularTransform { mesh });
+        }
+        instance.motion = Some(Box::new(motion));
+        Ok(instance)
+    }
+
+    /// It does not stand still while the shutter is open.
+    pub fn is_moving(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// Takes normals from mesh to world space, `time_s` seconds after the shutter
+    /// opens: the inverse transpose. Not normalised.
+    pub fn normal_from_local(&self, time_s: f32) -> Mat3 {
+        match &self.motion {
+            Some(motion) => motion.normal_from_local(time_s),
+            None => Mat3::from(self.local_from_world.matrix3).transpose(),
+        }
     }
 
     /// Number of the mesh that is placed.
@@ -62,6 +104,9 @@ impl Instance {
     /// `exact` looks at every vertex; otherwise the boxes below the root of the
     /// mesh's tree stand for them, which is looser but takes no time.
     pub(super) fn world_bounds(&self, mesh: &TriMesh, exact: bool) -> Option<(Vec3, Vec3)> {
+        if let Some(motion) = &self.motion {
+            return swept_bounds(motion, mesh).map(|(lo, hi)| padded(lo, hi, 0.0));
+        }
         let transform = widen(&self.world_from_local);
         let mut lo = DVec3::INFINITY;
         let mut hi = DVec3::NEG_INFINITY;
@@ -80,11 +125,16 @@ impl Instance {
             return None;
         }
         let origin = transform.translation.abs().max_element();
-        let pad = DVec3::splat(lo.abs().max(hi.abs()).max_element().max(origin) * BOX_PAD);
-        let largest = DVec3::splat(f64::from(f32::MAX));
-        let (lo, hi) = ((lo - pad).max(-largest), (hi + pad).min(largest));
-        Some((lo.as_vec3(), hi.as_vec3()))
+        Some(padded(lo, hi, origin))
     }
+}
+
+/// Bounds widened by `BOX_PAD`; `origin` is the size of the transform's offset.
+fn padded(lo: DVec3, hi: DVec3, origin: f64) -> (Vec3, Vec3) {
+    let pad = DVec3::splat(lo.abs().max(hi.abs()).max_element().max(origin) * BOX_PAD);
+    let largest = DVec3::splat(f64::from(f32::MAX));
+    let (lo, hi) = ((lo - pad).max(-largest), (hi + pad).min(largest));
+    (lo.as_vec3(), hi.as_vec3())
 }
 
 fn widen(a: &Affine3A) -> DAffine3 {

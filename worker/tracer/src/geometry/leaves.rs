@@ -11,9 +11,10 @@ use super::particles::{Ellipsoid8, Particles};
 use super::ray::{Ray, rank};
 use super::scene::Geometry;
 use super::single::Leaf;
+use crate::uses::MOTION;
 
 /// Leaves of the top tree: one instance each.
-pub(super) struct Instances<'a> {
+pub(super) struct Instances<'a, const USES: u8> {
     pub(super) scene: &'a Geometry,
     pub(super) ray: &'a Ray,
 }
@@ -21,18 +22,27 @@ pub(super) struct Instances<'a> {
 /// The ray in mesh space. The direction keeps its length, so `t` stays the same.
 /// None if it leaves the floats' range there.
 #[inline(always)]
-pub(super) fn into_local(instance: &Instance, ray: &Ray) -> Option<([f32; 3], [f32; 3])> {
+pub(super) fn into_local<const USES: u8>(
+    instance: &Instance,
+    ray: &Ray,
+) -> Option<([f32; 3], [f32; 3])> {
+    if USES & MOTION != 0
+        && let Some(motion) = &instance.motion
+    {
+        let (o, d) = motion.into_local(ray);
+        return (o.is_finite() && d.is_finite()).then(|| (o.to_array(), d.to_array()));
+    }
     let m = &instance.local_from_world;
     let o = m.transform_point3a(Vec3A::from(ray.o));
     let d = m.transform_vector3a(Vec3A::from(ray.d));
     (o.is_finite() && d.is_finite()).then(|| (o.to_array(), d.to_array()))
 }
 
-impl<B: Backend> Leaf<B> for Instances<'_> {
+impl<B: Backend, const USES: u8> Leaf<B> for Instances<'_, USES> {
     #[inline(always)]
     fn closest(&self, index: u32, best: &mut Best) {
-        let instance = &self.scene.instances[index as usize];
-        if let Some((o, d)) = into_local(instance, self.ray) {
+        let instance = &self.scene.placement.instances[index as usize];
+        if let Some((o, d)) = into_local::<USES>(instance, self.ray) {
             B::mesh_closest(
                 &self.scene.meshes[instance.mesh as usize],
                 o,
@@ -44,8 +54,8 @@ impl<B: Backend> Leaf<B> for Instances<'_> {
     }
     #[inline(always)]
     fn dim(&self, index: u32, best: &Best, depth: &mut u32) {
-        let instance = &self.scene.instances[index as usize];
-        if let Some((o, d)) = into_local(instance, self.ray)
+        let instance = &self.scene.placement.instances[index as usize];
+        if let Some((o, d)) = into_local::<USES>(instance, self.ray)
             && B::mesh_dim(&self.scene.meshes[instance.mesh as usize], o, d, best.t)
         {
             *depth = u32::MAX;

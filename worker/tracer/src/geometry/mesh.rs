@@ -8,7 +8,7 @@ use obvhs::triangle::Triangle;
 use super::BuildError;
 use super::collapse::collapse;
 use super::sah::{self, Splitter};
-use super::wide::WideTree;
+use super::wide::{LEAF, Node8, WideTree};
 
 /// Most triangles of a mesh: block indices and split references stay below 2^31.
 const TRIANGLES_MAX: usize = 1 << 28;
@@ -91,14 +91,22 @@ impl TriMesh {
     /// Corners of the boxes below the root: their hull holds the mesh.
     pub(super) fn root_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         let root = &self.tree.nodes()[0];
-        let used = (0..8).filter(|&slot| root.planes[0][0][slot] <= root.planes[0][1][slot]);
-        used.flat_map(move |slot| {
-            // Bit `axis` of the corner picks the lower or the upper bound.
-            let bound = move |corner: usize, axis: usize| {
-                f64::from(root.planes[axis][corner >> axis & 1][slot])
-            };
-            (0..8)
-                .map(move |corner| DVec3::new(bound(corner, 0), bound(corner, 1), bound(corner, 2)))
+        used(root).flat_map(move |slot| corners(root, slot))
+    }
+
+    /// Corners of the boxes two levels below the root, where there are such: a
+    /// closer hull.
+    pub(super) fn inner_corners(&self) -> impl Iterator<Item = DVec3> + '_ {
+        let nodes = self.tree.nodes();
+        let root = &nodes[0];
+        used(root).flat_map(move |slot| {
+            let child = root.child[slot];
+            let below = (child & LEAF == 0).then(|| &nodes[child as usize]);
+            let inner = below
+                .into_iter()
+                .flat_map(|node| used(node).flat_map(move |slot| corners(node, slot)));
+            let own = below.is_none().then(|| corners(root, slot));
+            inner.chain(own.into_iter().flatten())
         })
     }
 
@@ -110,6 +118,19 @@ impl TriMesh {
         };
         indices.map(|i| self.positions[i as usize])
     }
+}
+
+/// Slots of a node that hold something.
+fn used(node: &Node8) -> impl Iterator<Item = usize> + '_ {
+    (0..8).filter(|&slot| node.planes[0][0][slot] <= node.planes[0][1][slot])
+}
+
+/// Corners of the box of a slot: bit `axis` of a corner's number picks the lower
+/// or the upper bound.
+fn corners(node: &Node8, slot: usize) -> impl Iterator<Item = DVec3> + '_ {
+    let bound =
+        move |corner: usize, axis: usize| f64::from(node.planes[axis][corner >> axis & 1][slot]);
+    (0..8).map(move |corner| DVec3::new(bound(corner, 0), bound(corner, 1), bound(corner, 2)))
 }
 
 fn check(positions: &[Vec3], triangles: &[[u32; 3]]) -> Result<(), BuildError> {

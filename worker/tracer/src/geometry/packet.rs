@@ -181,11 +181,11 @@ pub(super) fn intersect8<B: Backend, const USES: u8>(
             (best.t[lane], best.rank[lane]) = (t, rank::WATER);
         }
     }
-    let instances = Instances8 { scene, rays };
-    if let Some(index) = scene.lone {
+    let instances = Instances8::<USES> { scene, rays };
+    if let Some(index) = scene.placement.lone {
         Leaf8::<B>::closest(&instances, index, 0xff, &mut best);
     } else {
-        walk_closest(scene.top.nodes(), &packet, &instances, &mut best);
+        walk_closest(scene.placement.top.nodes(), &packet, &instances, &mut best);
     }
     if USES & PARTICLES != 0
         && let Some(particles) = &scene.particles
@@ -220,12 +220,12 @@ pub(super) fn transmittance8<B: Backend, const USES: u8>(
             (best.t[lane], depth[lane]) = (-1.0, u32::MAX);
         }
     }
-    let instances = Instances8 { scene, rays };
-    if let Some(index) = scene.lone {
+    let instances = Instances8::<USES> { scene, rays };
+    if let Some(index) = scene.placement.lone {
         Leaf8::<B>::dim(&instances, index, 0xff, &mut best, &mut depth);
     } else {
         walk_dimming(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             &packet,
             &instances,
             &mut best,

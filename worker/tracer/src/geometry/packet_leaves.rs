@@ -14,21 +14,21 @@ use super::single::{self, Leaf, walk_closest};
 use super::wide::Node8;
 
 /// Leaves of the top tree.
-pub(super) struct Instances8<'a> {
+pub(super) struct Instances8<'a, const USES: u8> {
     pub(super) scene: &'a Geometry,
     pub(super) rays: &'a [Ray; 8],
 }
 
-impl Instances8<'_> {
+impl<const USES: u8> Instances8<'_, USES> {
     /// The packet in mesh space; None if it is none there.
     #[inline(always)]
     fn enter<B: Backend>(&self, index: u32) -> Option<(PacketRay<B>, Triangles8<'_, B>)> {
-        let instance = &self.scene.instances[index as usize];
+        let instance = &self.scene.placement.instances[index as usize];
         let mesh = &self.scene.meshes[instance.mesh as usize];
         let mut o = [[0.0; 8]; 3];
         let mut d = [[0.0; 8]; 3];
         for (lane, ray) in self.rays.iter().enumerate() {
-            let (from, along) = into_local(instance, ray)?;
+            let (from, along) = into_local::<USES>(instance, ray)?;
             put(&mut o, &mut d, lane, from, along);
         }
         Some((
@@ -38,7 +38,7 @@ impl Instances8<'_> {
     }
 }
 
-impl<B: Backend> Leaf8<B> for Instances8<'_> {
+impl<B: Backend, const USES: u8> Leaf8<B> for Instances8<'_, USES> {
     #[inline(always)]
     fn closest(&self, block: u32, lanes: u32, best: &mut Best8) -> bool {
         if let Some((packet, leaf)) = self.enter::<B>(block) {
@@ -47,7 +47,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
         }
         each_lane(lanes, |lane| {
             let mut one = best.lane(lane);
-            single::closest_in_instance::<B>(self.scene, &self.rays[lane], block, &mut one);
+            single::closest_in_instance::<B, USES>(self.scene, &self.rays[lane], block, &mut one);
             best.set_lane(lane, &one);
         });
         true
@@ -55,7 +55,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
     #[inline(always)]
     fn closest_alone(&self, nodes: &[Node8], root: u32, lane: usize, best: &mut Best8) {
         let mut one = best.lane(lane);
-        single::closest_below::<B>(self.scene, &self.rays[lane], nodes, root, &mut one);
+        single::closest_below::<B, USES>(self.scene, &self.rays[lane], nodes, root, &mut one);
         best.set_lane(lane, &one);
     }
     #[inline(always)]
@@ -65,7 +65,7 @@ impl<B: Backend> Leaf8<B> for Instances8<'_> {
             return;
         }
         each_lane(lanes, |lane| {
-            single::dim_in_instance::<B>(
+            single::dim_in_instance::<B, USES>(
                 self.scene,
                 &self.rays[lane],
                 block,

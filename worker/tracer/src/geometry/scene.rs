@@ -1,28 +1,21 @@
 //! Everything a ray can meet, behind one set of queries.
 
-use glam::{Vec3, Vec3A};
-use obvhs::aabb::Aabb;
+use glam::Vec3;
 use std::sync::Arc;
 
 use super::BuildError;
-use super::collapse::collapse;
 use super::instance::Instance;
 use super::mesh::TriMesh;
 use super::particles::Particles;
-use super::ray::{Hit, Occlusion, Ray, rank};
-use super::sah::{self, Splitter};
+use super::placement::Placement;
+use super::ray::{Hit, Occlusion, Ray};
 use super::simd::{self, Path};
 use super::sprites::{FacingSprites, Sprites};
-use super::wide::{LEAF, Node8, WideTree};
 
 /// Meshes, where they stand, particles and water.
 pub struct Geometry {
     pub(super) meshes: Arc<[TriMesh]>,
-    pub(super) instances: Vec<Instance>,
-    /// Leaves are instance numbers.
-    pub(super) top: WideTree,
-    /// The only instance, if there is but one: it needs no tree above it.
-    pub(super) lone: Option<u32>,
+    pub(super) placement: Arc<Placement>,
     pub(super) particles: Option<Arc<Particles>>,
     pub(super) sprites: Option<FacingSprites>,
     water_y: Option<f32>,
@@ -43,32 +36,26 @@ impl Geometry {
         water_y: Option<f32>,
     ) -> Result<Self, BuildError> {
         let meshes = meshes.into();
+        let placement = Placement::build(&meshes, instances)?;
+        Self::assemble(meshes, placement.into(), particles, water_y)
+    }
+
+    /// The same with instances that already stand under their tree.
+    ///
+    /// # Errors
+    /// A water height that is not finite.
+    pub fn assemble(
+        meshes: Arc<[TriMesh]>,
+        placement: Arc<Placement>,
+        particles: Option<Arc<Particles>>,
+        water_y: Option<f32>,
+    ) -> Result<Self, BuildError> {
         if water_y.is_some_and(|y| !y.is_finite()) {
             return Err(BuildError::WaterHeight);
         }
-        if instances.len() >= rank::COUNT_MAX {
-            let count = instances.len();
-            return Err(BuildError::TooMany {
-                what: "instances",
-                count,
-                limit: rank::COUNT_MAX,
-            });
-        }
-        let (boxes, owners) = instance_boxes(&meshes, &instances)?;
-        let lone = if let [only] = owners[..] {
-            Some(only)
-        } else {
-            None
-        };
-        let top = match top_tree(&boxes, &owners, Splitter::Sah) {
-            Err(BuildError::TooDeep { .. }) => top_tree(&boxes, &owners, Splitter::Median)?,
-            other => other?,
-        };
         Ok(Self {
             meshes,
-            instances,
-            top,
-            lone,
+            placement,
             particles,
             sprites: None,
             water_y,
@@ -98,7 +85,7 @@ impl Geometry {
 
     /// The instances, as given.
     pub fn instances(&self) -> &[Instance] {
-        &self.instances
+        self.placement.instances()
     }
 
     /// The particles, as given.
@@ -151,62 +138,4 @@ impl Geometry {
         let t = (self.water_y? - ray.o.y) / ray.d.y;
         (t > 0.0 && t < ray.t_max).then_some(t)
     }
-}
-
-/// Vertices of all instances, each instance counted by itself, up to which their
-/// world boxes are exact: about a second of work.
-const EXACT_VERTICES_MAX: usize = 50_000_000;
-
-/// World boxes of the instances that have any, and their numbers.
-fn instance_boxes(
-    meshes: &[TriMesh],
-    instances: &[Instance],
-) -> Result<(Vec<Aabb>, Vec<u32>), BuildError> {
-    let mut boxes = Vec::with_capacity(instances.len());
-    let mut owners = Vec::with_capacity(instances.len());
-    let vertices = |i: &Instance| {
-        meshes
-            .get(i.mesh as usize)
-            .map_or(0, |m| m.positions().len())
-    };
-    let exact = instances
-        .iter()
-        .map(vertices)
-        .fold(0, usize::saturating_add)
-        <= EXACT_VERTICES_MAX;
-    for (index, instance) in instances.iter().enumerate() {
-        let Some(mesh) = meshes.get(instance.mesh as usize) else {
-            return Err(BuildError::MeshIndex {
-                instance: index,
-                mesh: instance.mesh,
-                meshes: meshes.len(),
-            });
-        };
-        if let Some((lo, hi)) = instance.world_bounds(mesh, exact) {
-            boxes.push(Aabb::new(Vec3A::from(lo), Vec3A::from(hi)));
-            owners.push(index as u32);
-        }
-    }
-    Ok((boxes, owners))
-}
-
-/// A tree whose leaf codes are the instances themselves.
-fn top_tree(boxes: &[Aabb], owners: &[u32], splitter: Splitter) -> Result<WideTree, BuildError> {
-    let tree = collapse(&sah::build(boxes, splitter), 1, 1.0);
-    let mut nodes: Vec<Node8> = tree.nodes;
-    let blocks: Vec<u32> = tree
-        .items
-        .iter()
-        .map(|&item| owners[item as usize])
-        .collect();
-    for node in &mut nodes {
-        for child in &mut node.child {
-            if *child & LEAF != 0
-                && let Some(&owner) = blocks.get((*child & !LEAF) as usize)
-            {
-                *child = LEAF | owner;
-            }
-        }
-    }
-    WideTree::new(nodes)
 }

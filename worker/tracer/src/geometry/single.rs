@@ -40,12 +40,12 @@ pub(super) fn intersect<B: Backend, const USES: u8>(
         best.set(t, rank::WATER);
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let instances = Instances { scene, ray };
-    if let Some(index) = scene.lone {
+    let instances = Instances::<USES> { scene, ray };
+    if let Some(index) = scene.placement.lone {
         Leaf::<B>::closest(&instances, index, &mut best);
     } else {
         walk_closest(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             0,
             &BoxRay::<B>::new(o, d),
             &instances,
@@ -78,13 +78,13 @@ pub(super) fn transmittance<B: Backend, const USES: u8>(scene: &Geometry, ray: &
         return Occlusion::BLOCKED;
     }
     let (o, d) = (ray.o.to_array(), ray.d.to_array());
-    let instances = Instances { scene, ray };
+    let instances = Instances::<USES> { scene, ray };
     let mut depth = 0;
-    if let Some(index) = scene.lone {
+    if let Some(index) = scene.placement.lone {
         Leaf::<B>::dim(&instances, index, &best, &mut depth);
     } else {
         walk_dimming(
-            scene.top.nodes(),
+            scene.placement.top.nodes(),
             &BoxRay::<B>::new(o, d),
             &instances,
             &best,
@@ -329,18 +329,18 @@ pub(super) fn sprites_dim<B: Backend>(
 
 /// The closest hit of one ray with one instance.
 #[inline(always)]
-pub(super) fn closest_in_instance<B: Backend>(
+pub(super) fn closest_in_instance<B: Backend, const USES: u8>(
     scene: &Geometry,
     ray: &Ray,
     index: u32,
     best: &mut Best,
 ) {
-    Leaf::<B>::closest(&Instances { scene, ray }, index, best);
+    Leaf::<B>::closest(&Instances::<USES> { scene, ray }, index, best);
 }
 
 /// The closest hit of one ray with the instances below a node of the top tree.
 #[inline(always)]
-pub(super) fn closest_below<B: Backend>(
+pub(super) fn closest_below<B: Backend, const USES: u8>(
     scene: &Geometry,
     ray: &Ray,
     nodes: &[Node8],
@@ -348,17 +348,17 @@ pub(super) fn closest_below<B: Backend>(
     best: &mut Best,
 ) {
     let boxes = BoxRay::<B>::new(ray.o.to_array(), ray.d.to_array());
-    walk_closest(nodes, root, &boxes, &Instances { scene, ray }, best);
+    walk_closest(nodes, root, &boxes, &Instances::<USES> { scene, ray }, best);
 }
 
 /// What one instance does to one ray.
 #[inline(always)]
-pub(super) fn dim_in_instance<B: Backend>(
+pub(super) fn dim_in_instance<B: Backend, const USES: u8>(
     scene: &Geometry,
     ray: &Ray,
     index: u32,
     best: &Best,
     depth: &mut u32,
 ) {
-    Leaf::<B>::dim(&Instances { scene, ray }, index, best, depth);
+    Leaf::<B>::dim(&Instances::<USES> { scene, ray }, index, best, depth);
 }

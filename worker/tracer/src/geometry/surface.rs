@@ -103,7 +103,12 @@ fn triangle_point(
     let sum_error = gamma(7) * ((w * v0).abs() + (u * v1).abs() + (v * v2).abs());
     let local_error = sum_error + gamma(3) * e1.abs().max(e2.abs());
     let n = unit_cross(e1, e2);
-    let world = &instance.world_from_local;
+    // What moves is undone at the ray's time as exactly as what stands still.
+    let moved = instance.motion.as_ref().map(|m| m.both_ways(ray.time_s));
+    let (world, inverse) = match &moved {
+        Some((forth, back)) => (forth, back),
+        None => (&instance.world_from_local, &instance.local_from_world),
+    };
     if *world == Affine3A::IDENTITY {
         return SurfacePoint {
             p: local,
@@ -111,7 +116,6 @@ fn triangle_point(
             n_geometric: n.unwrap_or(-ray.d),
         };
     }
-    let inverse = &instance.local_from_world;
     let p = world.transform_point3(local);
     let (forth, back) = (absolute(world), absolute(inverse));
     let there = gamma(4) * (forth * local.abs() + Vec3::from(world.translation).abs());

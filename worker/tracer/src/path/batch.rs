@@ -59,8 +59,9 @@ pub(crate) fn trace_batch<const USES: u8>(
         return;
     };
     // Lanes beyond the last sample repeat the first and are thrown away.
-    let mut paths: [Path; LANES] =
-        std::array::from_fn(|i| camera_path(scene, x, y, *streams.get(i).unwrap_or(&first)));
+    let mut paths: [Path; LANES] = std::array::from_fn(|i| {
+        camera_path::<USES>(scene, x, y, *streams.get(i).unwrap_or(&first))
+    });
     *results = [PathResult::default(); LANES];
     for path in &mut paths[streams.len().min(LANES)..] {
         path.alive = false;
@@ -80,7 +81,7 @@ pub(crate) fn trace_batch<const USES: u8>(
 }
 
 #[inline]
-fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
+fn camera_path<const USES: u8>(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
     let [dx, dy, time, _] = stream.camera();
     let lens = if scene.camera.has_lens() {
         stream.lens()
@@ -90,7 +91,7 @@ fn camera_path(scene: &Scene, x: u32, y: u32, stream: SampleStream) -> Path {
     let time_s = scene.camera.time_s(time);
     let (o, d) = scene
         .camera
-        .ray(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]]);
+        .ray::<USES>(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]], time_s);
     Path {
         ray: ray_under_sky(scene, o, d, time_s),
         stream,

@@ -17,7 +17,7 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32)
             prim,
             u,
             v,
-        } => scene.surface(instance, prim, u, v, point.n_geometric),
+        } => scene.surface(instance, prim, u, v, point.n_geometric, ray.time_s),
         HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
         HitKind::Sprite { prim } => {
             return Vertex::without_surface(point, wo, scene.sprite_phase(prim));

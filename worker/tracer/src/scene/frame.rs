@@ -1,12 +1,11 @@
 //! One frame of a stage: what its time decides.
 
-use super::meshes::place;
+use super::motion::Exposure;
 use super::stage::geometry_error;
 use super::{Scene, Stage};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::water::Sea;
-use glam::DVec3;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneError;
 use std::sync::Arc;
@@ -15,7 +14,7 @@ impl Stage {
     /// Frame `frame` of the scene: camera, instances and sea at its time.
     ///
     /// # Errors
-    /// Instances that cannot be placed.
+    /// Instances that cannot be placed, a camera that looks nowhere.
     pub fn frame(&self, settings: &RenderSettings, frame: u32) -> Result<Scene, SceneError> {
         let description = &self.description;
         let anchor_m = self.anchor_m;
@@ -23,21 +22,25 @@ impl Stage {
             .water
             .as_ref()
             .map(|water| Sea::build(water, anchor_m.to_array()));
-        let (placed, instances) = place(description, &self.materials, anchor_m)?;
+        let exposure = Exposure::of(description, frame);
+        let (placement, instances) = self.instances_at(exposure)?;
+        let camera = Camera::new(
+            &description.camera,
+            anchor_m,
+            exposure,
+            (settings.width, settings.height),
+        )
+        .map_err(|e| SceneError::new("scene.json", "camera", e.to_string()))?;
         let water_y = sea.as_ref().map(|sea| (sea.height_m - anchor_m.y) as f32);
-        let geometry = Geometry::build(
+        let geometry = Geometry::assemble(
             Arc::clone(&self.trees),
-            placed,
+            placement,
             self.particles.clone(),
             water_y,
         )
         .map_err(|e| geometry_error(".", &e))?;
         let geometry = match &self.sprites {
-            Some(sprites) => {
-                // The eye when the shutter opens.
-                let eye_m = DVec3::from_array(description.camera.position_m) - anchor_m;
-                geometry.with_sprites(Arc::clone(sprites), eye_m.as_vec3())
-            }
+            Some(sprites) => geometry.with_sprites(Arc::clone(sprites), camera.eye_m()),
             None => geometry,
         };
         let geometry = if self.options.portable_simd {
@@ -48,7 +51,7 @@ impl Stage {
         Ok(Scene {
             common: Arc::clone(&self.common),
             geometry,
-            camera: Camera::new(&description.camera, settings.width, settings.height),
+            camera,
             seed: settings.seed,
             frame,
             instances,

@@ -1,8 +1,9 @@
 //! Meshes, their materials and their placement.
 
 use super::material::{SurfaceMaterial, Textures};
+use super::motion::{Exposure, push_joints};
 use super::stage::{Assets, BuildReport, geometry_error};
-use super::transform::{normal_from_local, world_from_local};
+use super::transform::normal_from_local;
 use super::{InstanceShading, MeshShading};
 use crate::bsdf::Tables;
 use crate::geometry::{Instance, TriMesh};
@@ -72,24 +73,36 @@ fn build_mesh(
 }
 
 /// Instances for the tree and for shading.
-pub(super) type Placed = (Vec<Instance>, Vec<InstanceShading>);
+pub(super) type Placed = (Instance, InstanceShading);
 
-/// Where every instance stands.
+/// Where instance `number` stands in one exposure; `chain` are it and the instances
+/// that it is placed in, itself first.
 pub(super) fn place(
     description: &SceneDescription,
     materials: &Materials,
-    origin: DVec3,
+    origin_m: DVec3,
+    number: usize,
+    chain: &[u32],
+    exposure: Exposure,
 ) -> Result<Placed, SceneError> {
-    let (mut placed, mut shading) = (Vec::new(), Vec::new());
-    for (number, instance) in description.instances.iter().enumerate() {
-        let path = format!("instances[{number}]");
-        let affine = world_from_local(instance, origin);
-        let shaded = materials
-            .of_instance(instance, normal_from_local(&affine))
-            .map_err(|e| SceneError::new("scene.json", &*path, e))?;
-        placed.push(Instance::new(shaded.mesh, affine).map_err(|e| geometry_error(&path, &e))?);
-        shading.push(shaded);
+    let path = format!("instances[{number}]");
+    let mut joints = Vec::new();
+    let mut origin_m = origin_m;
+    for &above in chain.iter().rev() {
+        let above = &description.instances[above as usize];
+        push_joints(&mut joints, above, origin_m, exposure);
+        origin_m = DVec3::ZERO;
     }
+    let (mesh, shading) = materials
+        .of_instance(&description.instances[number])
+        .map_err(|e| SceneError::new("scene.json", &*path, e))?;
+    let placed = Instance::moving(mesh, joints, exposure.shutter_s)
+        .map_err(|e| geometry_error(&path, &e))?;
+    let shading = InstanceShading {
+        normal_from_local: normal_from_local(placed.world_from_local()),
+        is_moving: placed.is_moving(),
+        ..shading
+    };
     Ok((placed, shading))
 }
 
@@ -134,11 +147,7 @@ impl Materials {
         })
     }
 
-    fn of_instance(
-        &self,
-        instance: &scene::Instance,
-        normal_from_local: glam::Mat3,
-    ) -> Result<InstanceShading, String> {
+    fn of_instance(&self, instance: &scene::Instance) -> Result<(u32, InstanceShading), String> {
         let (mesh, materials) = self
             .of_mesh
             .get(&instance.mesh)
@@ -149,11 +158,13 @@ impl Materials {
                 .copied()
                 .ok_or_else(|| format!("no material is named `{name}`"))
         };
-        Ok(InstanceShading {
+        let shading = InstanceShading {
             mesh: *mesh,
             materials: Arc::clone(materials),
             replaced_by: instance.material.as_ref().map(replacement).transpose()?,
-            normal_from_local,
-        })
+            normal_from_local: glam::Mat3::IDENTITY,
+            is_moving: false,
+        };
+        Ok((*mesh, shading))
     }
 }

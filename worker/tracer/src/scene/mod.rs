@@ -2,8 +2,11 @@
 
 mod clouds;
 mod frame;
+mod keyframes;
 mod material;
 mod meshes;
+pub(crate) mod motion;
+mod placed;
 mod sky;
 mod stage;
 mod transform;
@@ -32,7 +35,7 @@ pub struct Scene {
     pub(crate) camera: Camera,
     pub(crate) seed: u64,
     pub(crate) frame: u32,
-    instances: Vec<InstanceShading>,
+    instances: Arc<[InstanceShading]>,
     sea: Option<Sea>,
 }
 
@@ -71,8 +74,11 @@ struct InstanceShading {
     materials: Arc<[u32]>,
     /// One material instead of all of these.
     replaced_by: Option<u32>,
-    /// Takes normals from mesh to render space; not normalised.
+    /// Takes normals from mesh to render space when the shutter opens; not
+    /// normalised.
     normal_from_local: glam::Mat3,
+    /// It turns or moves while the shutter is open.
+    is_moving: bool,
 }
 
 impl Scene {
@@ -84,10 +90,14 @@ impl Scene {
         if !(clouds.of_particle.is_empty() && clouds.of_sprite.is_empty()) {
             bits |= uses::PARTICLES;
         }
+        if self.camera.is_moving() || self.instances.iter().any(|i| i.is_moving) {
+            bits |= uses::MOTION;
+        }
         bits
     }
 
-    /// Shading normal (either side) and scattering at a point of a triangle.
+    /// Shading normal (either side) and scattering at a point of a triangle,
+    /// `time_s` seconds after the shutter opens.
     #[inline]
     pub(crate) fn surface(
         &self,
@@ -96,6 +106,7 @@ impl Scene {
         u: f32,
         v: f32,
         n_geometric: Vec3,
+        time_s: f32,
     ) -> (Vec3, Bsdf) {
         let placed = &self.instances[instance as usize];
         let mesh = &self.common.shading[placed.mesh as usize];
@@ -107,9 +118,12 @@ impl Scene {
             let local = mesh.normals[corners[0]] * w
                 + mesh.normals[corners[1]] * u
                 + mesh.normals[corners[2]] * v;
-            (placed.normal_from_local * local)
-                .try_normalize()
-                .unwrap_or(n_geometric)
+            let to_world = if placed.is_moving {
+                self.geometry.instances()[instance as usize].normal_from_local(time_s)
+            } else {
+                placed.normal_from_local
+            };
+            (to_world * local).try_normalize().unwrap_or(n_geometric)
         };
         let number = match placed.replaced_by {
             Some(number) => number,

@@ -3,6 +3,8 @@
 use super::clouds::build_clouds;
 use super::material::{Textures, add_needs};
 use super::meshes::{BuiltMesh, Materials, build_meshes};
+use super::motion::anchor;
+use super::placed::Standing;
 use super::sky::build_sky;
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
@@ -47,6 +49,7 @@ pub struct Stage {
     pub(super) description: SceneDescription,
     pub(super) common: Arc<Common>,
     pub(super) trees: Arc<[TriMesh]>,
+    pub(super) standing: Standing,
     pub(super) particles: Option<Arc<Particles>>,
     pub(super) sprites: Option<Arc<Sprites>>,
     pub(super) materials: Materials,
@@ -67,7 +70,7 @@ impl Stage {
         options: BuildOptions,
     ) -> Result<(Self, BuildReport), SceneError> {
         let mut report = BuildReport::default();
-        let anchor_m = DVec3::from_array(description.camera.position_m);
+        let anchor_m = anchor(description);
         let mut textures = Textures::new(assets);
         let meshes = build_meshes(description, assets, &mut report)?;
         let tables = build_tables(description, &meshes)?;
@@ -91,10 +94,13 @@ impl Stage {
             textures: textures.list,
             clouds: clouds.shading,
         };
+        let trees: Arc<[TriMesh]> = trees.into();
+        let standing = Standing::build(description, &materials, &trees, anchor_m)?;
         let stage = Self {
             description: description.clone(),
             common: Arc::new(common),
-            trees: trees.into(),
+            trees,
+            standing,
             particles: clouds.particles,
             sprites: clouds.sprites,
             materials,

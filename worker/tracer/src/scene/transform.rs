@@ -1,18 +1,8 @@
 //! Placement of instances.
 
-use glam::{Affine3A, DMat3, DVec3, Mat3};
-use shearwater_shared::scene::Instance;
+use glam::{Affine3A, DMat3, Mat3};
 
-/// World from local of an instance, relative to `origin_m`: scaled, then turned by
-/// Ry * Rx * Rz, then moved. Computed in f64, so that a far origin costs nothing.
-pub(super) fn world_from_local(instance: &Instance, origin_m: DVec3) -> Affine3A {
-    let linear =
-        rotation(instance.rotate_deg) * DMat3::from_diagonal(DVec3::from_array(instance.scale));
-    let translation = DVec3::from_array(instance.translate_m) - origin_m;
-    Affine3A::from_mat3_translation(linear.as_mat3(), translation.as_vec3())
-}
-
-/// Ry * Rx * Rz of angles about x, y and z.
+/// Ry * Rx * Rz of angles about x, y and z in degrees.
 pub(super) fn rotation(rotate_deg: [f64; 3]) -> DMat3 {
     let [rx, ry, rz] = rotate_deg.map(f64::to_radians);
     axis_rotation(ry, 1) * axis_rotation(rx, 0) * axis_rotation(rz, 2)
@@ -46,8 +36,11 @@ fn axis_rotation(angle_rad: f64, axis: usize) -> DMat3 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::motion::{Exposure, push_joints};
     use super::*;
-    use glam::Vec3;
+    use crate::geometry;
+    use glam::{DVec3, Vec3};
+    use shearwater_shared::scene::Instance;
 
     fn place(rotate_deg: [f64; 3], scale: [f64; 3]) -> Affine3A {
         let instance = Instance {
@@ -62,7 +55,15 @@ mod tests {
             spin: None,
             path: Vec::new(),
         };
-        world_from_local(&instance, DVec3::new(1.0, 2.0, 3.0))
+        let exposure = Exposure {
+            open_s: 0.0,
+            shutter_s: 0.5,
+        };
+        let mut joints = Vec::new();
+        push_joints(&mut joints, &instance, DVec3::new(1.0, 2.0, 3.0), exposure);
+        let placed = geometry::Instance::moving(0, joints, 0.5).unwrap();
+        assert!(!placed.is_moving());
+        *placed.world_from_local()
     }
 
     #[test]

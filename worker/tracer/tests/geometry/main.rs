@@ -2,6 +2,7 @@
 
 mod exact;
 mod leave;
+mod motion;
 mod particles;
 mod robust;
 mod shapes;

@@ -84,6 +84,35 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     )
 }
 
+/// Sine and cosine of a number of full turns, `|turns| < 2^40`, within 3e-11.
+///
+/// The reduction is exact, so a wheel that has turned for a day is as true as a
+/// new one. For transforms that must be undone: in f32 the matrix of a rotation
+/// and its transpose are no inverses to the last digits.
+#[inline]
+#[must_use]
+pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
+    let quarters = turns * 4.0;
+    let shifted = quarters + ROUND_SHIFT;
+    let quadrant = shifted.to_bits() as u32;
+    let r = (quarters - (shifted - ROUND_SHIFT)) * core::f64::consts::FRAC_PI_2;
+    let r2 = r * r;
+    let r4 = r2 * r2;
+    let s = r + r * r2 * ((SIN[0] + r2 * SIN[1]) + r4 * (SIN[2] + r2 * SIN[3]));
+    let c = (1.0 - 0.5 * r2) + r4 * ((COS[0] + r2 * COS[1]) + r4 * (COS[2] + r2 * COS[3]));
+    let swap = quadrant & 1 == 1;
+    let sin = if swap { c } else { s };
+    let cos = if swap { s } else { c };
+    (
+        if quadrant & 2 == 2 { -sin } else { sin },
+        if quadrant.wrapping_add(1) & 2 == 2 {
+            -cos
+        } else {
+            cos
+        },
+    )
+}
+
 /// Sine of `x` radians; see [`sin_cos`].
 #[inline]
 #[must_use]
