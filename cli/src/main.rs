@@ -9,6 +9,7 @@ mod commands;
 mod exit;
 mod follow;
 mod frames;
+mod json_paths;
 mod logging;
 mod memory;
 mod output;

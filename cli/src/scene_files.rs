@@ -4,13 +4,17 @@
 //! manifest and nothing else: no other machine ever makes a path of them.
 
 use crate::exit::CliError;
+use crate::json_paths;
 use crate::output;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{AssetRef, Manifest};
 use shearwater_shared::limits;
-use shearwater_shared::scene::{self, Material, SceneDescription, SceneError, Sky, references};
+use shearwater_shared::scene::{self, SceneDescription, SceneError, references};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
+
+/// What the scene's own file is called in errors of the library.
+const SCENE_FILE: &str = "scene.json";
 
 /// Where the bytes of an asset come from.
 #[derive(Clone, Debug)]
@@ -33,6 +37,8 @@ pub(crate) struct Bundle {
     pub(crate) manifest: Manifest,
     /// Where to find each content.
     pub(crate) sources: BTreeMap<ContentHash, Source>,
+    /// The scene's file as the user named it.
+    file: String,
 }
 
 /// A name that somebody uses.
@@ -55,13 +61,15 @@ impl Use {
 /// Read a scene and all its files.
 pub(crate) fn collect(scene_path: &Path) -> Result<Bundle, CliError> {
     let scene_file = if scene_path.is_dir() {
-        scene_path.join("scene.json")
+        scene_path.join(SCENE_FILE)
     } else {
         scene_path.to_owned()
     };
     let bytes = std::fs::read(&scene_file)
         .map_err(|e| CliError::Scene(format!("{}: {e}", scene_file.display())))?;
-    let description = scene::parse(&bytes)?;
+    let file = scene_file.display().to_string();
+    let description = scene::parse(&bytes).map_err(|error| at_file(error, &file))?;
+    let mut wanted: VecDeque<Use> = uses(&description, &bytes, &file).into();
     description.doubts().iter().for_each(output::note);
     let folder = scene_file.parent().unwrap_or(Path::new("")).to_owned();
     let hash = ContentHash::of(&bytes);
@@ -72,8 +80,8 @@ pub(crate) fn collect(scene_path: &Path) -> Result<Bundle, CliError> {
         },
         sources: [(hash, Source(scene_file))].into(),
         description,
+        file,
     };
-    let mut wanted: VecDeque<Use> = uses(&bundle.description).into();
     while let Some(wanting) = wanted.pop_front() {
         if !bundle.manifest.files.contains_key(&wanting.name) {
             wanted.extend(bundle.add(&folder, &wanting)?);
@@ -82,7 +90,28 @@ pub(crate) fn collect(scene_path: &Path) -> Result<Bundle, CliError> {
     Ok(bundle)
 }
 
+/// An error of the scene itself under the name of its file: a folder may hold
+/// several scenes.
+fn at_file(mut error: SceneError, file: &str) -> SceneError {
+    if error.file == SCENE_FILE {
+        file.clone_into(&mut error.file);
+    }
+    error
+}
+
 impl Bundle {
+    /// The same for an error that a worker found.
+    pub(crate) fn at_file(&self, error: CliError) -> CliError {
+        match error {
+            CliError::Scene(text) => {
+                let rest = text.strip_prefix(SCENE_FILE);
+                let rest = rest.filter(|rest| rest.starts_with(':'));
+                CliError::Scene(rest.map_or(text.clone(), |rest| format!("{}{rest}", self.file)))
+            }
+            other => other,
+        }
+    }
+
     /// Add one file; what it refers to in turn.
     fn add(&mut self, folder: &Path, wanting: &Use) -> Result<Vec<Use>, CliError> {
         if self.manifest.files.len() >= limits::ASSETS_MAX {
@@ -116,37 +145,18 @@ impl Bundle {
     }
 }
 
-/// Every name in scene.json with its JSON path.
-fn uses(scene: &SceneDescription) -> Vec<Use> {
-    let mut uses = Vec::new();
-    let mut add = |name: &str, path: String| {
-        uses.push(Use {
-            name: name.to_owned(),
-            file: "scene.json".to_owned(),
-            path,
-        });
+/// Every file that the scene names, with its JSON path. Which ones these are is
+/// for [`SceneDescription::files`] alone to say.
+fn uses(scene: &SceneDescription, bytes: &[u8], file: &str) -> Vec<Use> {
+    let names = scene.files();
+    let json = serde_json::from_slice(bytes).unwrap_or_default();
+    let mut paths = json_paths::find(&json, &names);
+    let used = |name: String| Use {
+        path: paths.remove(&name).unwrap_or_else(|| ".".to_owned()),
+        file: file.to_owned(),
+        name,
     };
-    for (key, mesh) in &scene.meshes {
-        add(&mesh.file, format!("meshes.{key}.file"));
-    }
-    for (key, material) in &scene.materials {
-        let field = match material {
-            Material::Lambert(_) => "albedo_texture",
-            Material::Phong(_) => "kd_texture",
-            Material::Ggx(_) => "base_color_texture",
-        };
-        for texture in material.textures() {
-            add(texture, format!("materials.{key}.{field}"));
-        }
-    }
-    if let Some(Sky::Map(map)) = &scene.sky {
-        add(&map.file, "sky.file".to_owned());
-    }
-    // A file that the list above does not know yet is found all the same.
-    for name in scene.files() {
-        add(&name, ".".to_owned());
-    }
-    uses
+    names.into_iter().map(used).collect()
 }
 
 /// What an OBJ or MTL file refers to.

@@ -165,6 +165,106 @@ fn a_file_above_the_scene_is_found() {
         .ok();
 }
 
+/// Several scenes in one folder, whose files lie beside it and refer to files
+/// beside them.
+fn skies() -> Place {
+    let place = Place::new();
+    let folder = place.folder.path();
+    for name in ["skies", "tex"] {
+        std::fs::create_dir(folder.join(name)).expect("folder");
+    }
+    place.quick_render(&[]).ok();
+    let out = place.out();
+    std::fs::copy(out.join("small.png"), folder.join("tex/paint.png")).expect("texture");
+    std::fs::copy(out.join("small.exr"), folder.join("tex/sky.exr")).expect("sky");
+    std::fs::remove_dir_all(out).expect("folder");
+    scene::edit(
+        &folder.join("models/cube.mtl"),
+        "Kd",
+        "map_Kd ../tex/paint.png\nKd",
+    );
+    scene::edit(&place.scene, "models/cube.obj", "../models/cube.obj");
+    std::fs::copy(&place.scene, folder.join("skies/noon.json")).expect("scene");
+    let dusk = folder.join("skies/dusk.json");
+    std::fs::rename(&place.scene, &dusk).expect("scene");
+    let constant = "\"constant\", \"radiance\": [0.4, 0.55, 0.8]";
+    scene::edit(&dusk, constant, "\"map\", \"file\": \"../tex/sky.exr\"");
+    place
+}
+
+#[test]
+fn several_scenes_of_one_folder() {
+    let mut place = skies();
+    let folder = place.folder.path().join("skies");
+    let mut hashes = Vec::new();
+    for name in ["noon.json", "dusk.json"] {
+        place.scene = folder.join(name);
+        let value = place.quick_render(&[]).ok().json();
+        hashes.push(hash_of(&value["film_hash"]));
+    }
+    assert_ne!(hashes[0], hashes[1]);
+    // From inside the folder, and through a farm, the files are the same.
+    let mut inside = command([
+        "render",
+        "--size",
+        "64x32",
+        "--spp",
+        "4",
+        "--json",
+        "noon.json",
+    ]);
+    let ended = Process::start(inside.current_dir(&folder)).end().ok();
+    assert_eq!(hash_of(&ended.json()["film_hash"]), hashes[0]);
+    let farm = Farm::start();
+    let dusk = folder.join("dusk.json");
+    let dusk = dusk.to_str().expect("UTF-8");
+    let submit = ["submit", dusk, "--size", "64x32", "--spp", "4", "--json"];
+    let id = farm.client(&submit).ok().json()["id"].to_string();
+    let _worker = farm.worker(1);
+    assert_eq!(farm.film_hash(&id), hashes[1]);
+}
+
+#[test]
+fn an_error_names_the_scene_file_and_its_asset() {
+    let mut place = skies();
+    let folder = place.folder.path().join("skies");
+    let dusk = std::fs::read_to_string(folder.join("dusk.json")).expect("scene");
+    let bad = |from: &str, to: &str| {
+        assert!(dusk.contains(from), "{from}");
+        std::fs::write(folder.join("bad.json"), dusk.replace(from, to)).expect("scene");
+    };
+    std::fs::write(folder.join("noise.exr"), b"no picture").expect("file");
+    place.scene = folder.join("bad.json");
+    for (from, to, expected) in [
+        (
+            "\"version\": 1",
+            "\"version\": 9",
+            &["bad.json: version"][..],
+        ),
+        (
+            "../tex/sky.exr",
+            "../tex/none.exr",
+            &["bad.json: sky.file", "../tex/none.exr"],
+        ),
+        (
+            "../models/cube.obj",
+            "../models",
+            &["bad.json: meshes.cube.file", "not a file"],
+        ),
+        ("../tex/sky.exr", "noise.exr", &["noise.exr", "EXR"]),
+        ("../tex/sky.exr", "dusk.json", &["dusk.json"]),
+    ] {
+        bad(from, to);
+        let message = place.scene_error();
+        // Said once: the logs of worker and coordinator are not for this user.
+        let ended = place.quick_render(&[]).expect_code(3);
+        assert_eq!(ended.stderr.lines().count(), 1, "{}", ended.stderr);
+        for words in expected {
+            assert!(message.contains(words), "{words}: {message}");
+        }
+    }
+}
+
 #[test]
 fn wrong_usage_ends_with_2() {
     let place = Place::new();

@@ -153,7 +153,11 @@ impl Uplink {
     /// Send it until it is heard or the worker reaches `end`.
     pub(crate) async fn send_failure(&self, report: &FailureReport, end: Phase) -> bool {
         let (job, reason) = (report.job.0, &report.reason);
-        tracing::error!(job, reason, "cannot render");
+        // A wrong scene is told to its user by the job; nothing is wrong here.
+        match report.kind {
+            FailureKind::Scene => tracing::info!(job, reason, "the scene is wrong"),
+            FailureKind::Worker => tracing::error!(job, reason, "cannot render"),
+        }
         self.meter.count(|summary| summary.failures += 1);
         let send = || self.client.failure(report);
         !matches!(

@@ -110,7 +110,7 @@ async fn submit_and_wait(
     let job = api.submit(bundle, None, settings, 0).await?;
     let mut frames = FrameWriter::new(&args.output);
     let job = follow::to_end_with(&api, job.id, &follow::bar(json), Some(&mut frames)).await?;
-    CliError::of_job(&job)?;
+    CliError::of_job(&job).map_err(|error| bundle.at_file(error))?;
     let video = args.film.make(&job, &args.output).await;
     Ok(Rendered { job, frames, video })
 }

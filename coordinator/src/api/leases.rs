@@ -162,15 +162,16 @@ pub(crate) async fn failure(
         .await?
         .ok_or_else(|| no_job(report.job))?;
     let reason: String = report.reason.chars().take(REASON_CHARS_MAX).collect();
-    tracing::warn!(job = %report.job, worker = report.worker.name, kind = ?report.kind, reason,
-        "a worker failed");
+    let worker = &report.worker.name;
     if report.kind == FailureKind::Scene {
+        tracing::info!(job = %report.job, worker, reason, "the scene is wrong");
         app.store
             .fail_job(report.job, Some(report.kind), &reason, now_ms())
             .await?;
         app.job_changed();
         return Ok(StatusCode::NO_CONTENT);
     }
+    tracing::warn!(job = %report.job, worker, reason, "a worker failed");
     let (failures, streak) = app
         .store
         .record_failure(report.job, report.lease, &runs, instance, &reason)
