@@ -50,6 +50,32 @@ pub fn sin_cos_quarter(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
+/// Sine and cosine of `quarters` quarter turns (1 is 90 degrees), below 2^50. The
+/// reduction is in f64 and exact, so that a phase of thousands of turns keeps its
+/// digits; then as [`sin_cos_quarter`]. Loops of it become vector code.
+#[inline]
+#[must_use]
+pub fn sin_cos_turns(quarters: f64) -> (f32, f32) {
+    let shifted = quarters + ROUND_SHIFT;
+    let quadrant = shifted.to_bits() as u32;
+    let r = (quarters - (shifted - ROUND_SHIFT)) as f32 * core::f32::consts::FRAC_PI_2;
+    place(sin_cos_quarter(r), quadrant)
+}
+
+// From the sine and cosine of what is left to those of the whole angle.
+#[inline]
+fn place((s, c): (f32, f32), quadrant: u32) -> (f32, f32) {
+    let swap = quadrant & 1 == 1;
+    let sin = if swap { c } else { s };
+    let cos = if swap { s } else { c };
+    let sin_sign = (quadrant & 2) << 30;
+    let cos_sign = (quadrant.wrapping_add(1) & 2) << 30;
+    (
+        f32::from_bits(sin.to_bits() ^ sin_sign),
+        f32::from_bits(cos.to_bits() ^ cos_sign),
+    )
+}
+
 /// Sine and cosine of `x` radians. `(0, 1)` beyond `2^30`, NaN for NaN and
 /// infinities.
 ///
@@ -72,16 +98,7 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     let r4 = r2 * r2;
     let sin = r + r * r2 * ((SIN[0] + r2 * SIN[1]) + r4 * (SIN[2] + r2 * SIN[3]));
     let cos = (1.0 - 0.5 * r2) + r4 * ((COS[0] + r2 * COS[1]) + r4 * (COS[2] + r2 * COS[3]));
-    let (s, c) = (sin as f32, cos as f32);
-    let swap = quadrant & 1 == 1;
-    let sin = if swap { c } else { s };
-    let cos = if swap { s } else { c };
-    let sin_sign = (quadrant & 2) << 30;
-    let cos_sign = (quadrant.wrapping_add(1) & 2) << 30;
-    (
-        f32::from_bits(sin.to_bits() ^ sin_sign),
-        f32::from_bits(cos.to_bits() ^ cos_sign),
-    )
+    place((sin as f32, cos as f32), quadrant)
 }
 
 /// Sine of `x` radians; see [`sin_cos`].
