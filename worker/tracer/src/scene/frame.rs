@@ -5,7 +5,6 @@ use super::stage::geometry_error;
 use super::{Scene, Stage};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
-use crate::water::Sea;
 use glam::DVec3;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneError;
@@ -19,10 +18,10 @@ impl Stage {
     pub fn frame(&self, settings: &RenderSettings, frame: u32) -> Result<Scene, SceneError> {
         let description = &self.description;
         let anchor_m = self.anchor_m;
-        let sea = description
-            .water
-            .as_ref()
-            .map(|water| Sea::build(water, anchor_m.to_array()));
+        let sea = self.sea.as_ref().map(|sea| {
+            let shutter_s = description.camera.shutter_s;
+            sea.at(0.0, shutter_s, anchor_m.to_array())
+        });
         let (placed, instances) = place(description, &self.materials, anchor_m)?;
         let water_y = sea.as_ref().map(|sea| (sea.height_m - anchor_m.y) as f32);
         let geometry = Geometry::build(

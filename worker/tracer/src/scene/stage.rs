@@ -8,6 +8,7 @@ use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
 use crate::light::{SkyLight, SunLight};
+use crate::water::SeaStage;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::{self, SceneDescription, SceneError};
@@ -50,6 +51,7 @@ pub struct Stage {
     pub(super) particles: Option<Arc<Particles>>,
     pub(super) sprites: Option<Arc<Sprites>>,
     pub(super) materials: Materials,
+    pub(super) sea: Option<SeaStage>,
     /// The point of the scene that is (0, 0, 0) for the tracer.
     pub(super) anchor_m: DVec3,
     pub(super) options: BuildOptions,
@@ -98,6 +100,7 @@ impl Stage {
             particles: clouds.particles,
             sprites: clouds.sprites,
             materials,
+            sea: description.water.as_ref().map(SeaStage::new),
             anchor_m,
             options,
         };
@@ -138,24 +141,24 @@ fn build_tables(
             .values()
             .chain(meshes.iter().flat_map(|m| &m.materials))
             .any(needs_schlick),
-        etas: description.water.as_ref().map(ior).into_iter().collect(),
+        etas: description
+            .water
+            .as_ref()
+            .map(|water| water.look().ior)
+            .into_iter()
+            .collect(),
     };
     Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "water.ior", e.to_string()))
-}
-
-fn ior(water: &scene::Water) -> f32 {
-    let scene::Water::Tessendorf(sea) = water;
-    sea.ior
 }
 
 fn build_water(
     description: &SceneDescription,
     tables: &Tables,
 ) -> Result<Option<Water>, SceneError> {
-    let Some(scene::Water::Tessendorf(sea)) = &description.water else {
+    let Some(look) = description.water.as_ref().map(scene::Water::look) else {
         return Ok(None);
     };
-    Water::new(tables, sea.ior, Vec3::from_array(sea.body_color), 0.0)
+    Water::new(tables, look.ior, Vec3::from_array(look.body_color), 0.0)
         .map(Some)
         .map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
 }

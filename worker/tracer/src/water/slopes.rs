@@ -32,6 +32,20 @@ pub struct Slopes {
     pub foam: f32,
 }
 
+impl Slopes {
+    /// Linear interpolation, `share` of the way to `other`.
+    #[inline]
+    #[must_use]
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        let mix = |a: f32, b: f32| a + (b - a) * share;
+        Self {
+            slope: self.slope + (other.slope - self.slope) * share,
+            variance: mix(self.variance, other.variance),
+            foam: mix(self.foam, other.foam),
+        }
+    }
+}
+
 impl SlopeMap {
     /// Levels of n x n slopes by averaging 2 x 2 texels, n a power of two. The
     /// variance that is lost is the mean of the squares less the square of the mean,
@@ -41,12 +55,19 @@ impl SlopeMap {
     pub fn new(n: usize, slope_x: &[f32], slope_z: &[f32], foam: &[f32]) -> Self {
         let slopes = slope_x.iter().zip(slope_z);
         let foam = foam.iter().chain(std::iter::repeat(&0.0));
-        let texels: Vec<[f32; 4]> = slopes.zip(foam).map(|((&x, &z), &f)| [x, z, 0.0, f]).collect();
+        let texels: Vec<[f32; 4]> = slopes
+            .zip(foam)
+            .map(|((&x, &z), &f)| [x, z, 0.0, f])
+            .collect();
         let mut moments = halve(&texels, n, |&[x, z, _, foam]| {
             let (x, z) = (f64::from(x), f64::from(z));
             [x, z, x * x + z * z, f64::from(foam)]
         });
-        let mut levels = vec![Level { n, first: 0.0, texels }];
+        let mut levels = vec![Level {
+            n,
+            first: 0.0,
+            texels,
+        }];
         let mut coarse = n / 2;
         while coarse > 0 {
             levels.push(Level {
@@ -145,7 +166,12 @@ fn halve<T>(fine: &[T], n: usize, read: impl Fn(&T) -> [f64; 4]) -> Vec<[f64; 4]
     for rows in fine.chunks_exact(2 * n) {
         let (upper, lower) = rows.split_at(n);
         for (above, below) in upper.chunks_exact(2).zip(lower.chunks_exact(2)) {
-            let (a, b, c, d) = (read(&above[0]), read(&above[1]), read(&below[0]), read(&below[1]));
+            let (a, b, c, d) = (
+                read(&above[0]),
+                read(&above[1]),
+                read(&below[0]),
+                read(&below[1]),
+            );
             coarse.push(std::array::from_fn(|i| (a[i] + b[i] + c[i] + d[i]) * 0.25));
         }
     }

@@ -2,9 +2,10 @@
 //! inverse FFT. What does not change with time is a [`Spectrum`]; heights and slopes at
 //! a time come from it.
 
-use super::fft::{Block, LANES, Plan};
+use super::fft::{Block, LANES, Plan, VECTORS};
 use super::phillips::{GRAVITY_MPS2, Phillips};
-use crate::math::elementary::sin_cos_turns;
+use crate::math::elementary::{reduce_quarters, sin_cos_reduced};
+use glam::Vec4;
 use rayon::prelude::*;
 use shearwater_shared::scene::TessendorfWater;
 use std::f64::consts::PI;
@@ -19,22 +20,21 @@ pub struct Spectrum {
     n: usize,
     tile_m: f64,
     plan: Plan,
-    /// By block of `LANES` rows, then column; lanes are rows.
-    waves: Vec<Waves>,
+    waves: Waves,
     /// Seconds after which all waves are back.
     loop_s: Option<f64>,
 }
 
-// LANES waves with neighbouring kz. With a = h0(k), b = h0(-k), c = cos wt and
-// s = sin wt: Re h = even_c c + even_s s, Im h = odd_c c - odd_s s.
-#[derive(Clone, Copy, Debug)]
+// By block of `LANES` rows, then column, then row. With a = h0(k), b = h0(-k),
+// c = cos wt and s = sin wt: Re h = even_c c + even_s s, Im h = odd_c c - odd_s s.
+#[derive(Clone, Debug)]
 struct Waves {
-    even_c: [f32; LANES],
-    even_s: [f32; LANES],
-    odd_c: [f32; LANES],
-    odd_s: [f32; LANES],
+    even_c: Vec<f32>,
+    even_s: Vec<f32>,
+    odd_c: Vec<f32>,
+    odd_s: Vec<f32>,
     /// Quarter turns per second, or per loop.
-    quarters: [f64; LANES],
+    quarters: Vec<f64>,
 }
 
 /// A periodic height field and its slopes; row by row along z, columns along x.
@@ -74,23 +74,11 @@ impl Spectrum {
     #[must_use]
     pub fn new(sea: &TessendorfWater) -> Self {
         let n = sea.grid as usize;
-        let phillips = Phillips::new(sea);
-        let step = 2.0 * PI / sea.tile_m;
-        let mut waves = vec![Waves::NONE; n * n / (2 * LANES)];
-        let fill = |(b, waves): (usize, &mut [Waves])| {
-            for (column, waves) in waves.iter_mut().enumerate() {
-                for lane in 0..LANES {
-                    waves.set(lane, &phillips, sea, n, step, b * LANES + lane, column);
-                }
-            }
-        };
-        // Rows do not depend on each other: the same for any number of threads.
-        waves.par_chunks_mut(n).enumerate().for_each(fill);
         Self {
             n,
             tile_m: sea.tile_m,
             plan: Plan::new(n),
-            waves,
+            waves: Waves::new(sea, n),
             loop_s: sea.loop_s,
         }
     }
@@ -133,82 +121,117 @@ impl Spectrum {
             Some(loop_s) => time_s / loop_s - libm::floor(time_s / loop_s),
             None => time_s,
         };
-        let mut h = Block::new(self.waves.len());
-        for (waves, (re, im)) in self.waves.iter().zip(h.re.iter_mut().zip(&mut h.im)) {
-            for l in 0..LANES {
-                let (sin, cos) = sin_cos_turns(waves.quarters[l] * time);
-                re[l] = waves.even_c[l] * cos + waves.even_s[l] * sin;
-                im[l] = waves.odd_c[l] * cos - waves.odd_s[l] * sin;
-            }
-        }
+        let mut h = Block::new(self.n * self.n / (2 * LANES));
+        self.waves.at(
+            time,
+            bytemuck::cast_slice_mut(&mut h.re),
+            bytemuck::cast_slice_mut(&mut h.im),
+        );
         h
+    }
+
+    /// Sum of |h|^2 over all waves.
+    #[cfg(test)]
+    pub(super) fn energy(&self, time_s: f64) -> f64 {
+        let h = self.waves_at(time_s);
+        let mut sum = 0.0;
+        for (i, (re, im)) in h.re.iter().zip(&h.im).enumerate() {
+            // The other half of the plane has as much, but for its border.
+            let border = i < self.n * VECTORS && i % VECTORS == 0;
+            let twice = Vec4::new(if border { 1.0 } else { 2.0 }, 2.0, 2.0, 2.0);
+            sum += f64::from(((*re * *re + *im * *im) * twice).element_sum());
+        }
+        sum
     }
 
     // The waves of one block of rows, times what makes `field` of them.
     fn multiply(&self, field: Field, h: &Block, b: usize, input: &mut Block) {
         let n = self.n;
         let step = (2.0 * PI / self.tile_m) as f32;
-        let kz: [f32; LANES] = std::array::from_fn(|l| (b * LANES + l) as f32 * step);
-        let rows = b * n..(b + 1) * n;
-        let h = h.re[rows.clone()].iter().zip(&h.im[rows]);
-        let input = input.re.iter_mut().zip(&mut input.im);
-        for (column, ((h_re, h_im), (re, im))) in h.zip(input).enumerate() {
-            let kx = signed(column, n) as f32 * step;
-            let real = |weight: &dyn Fn(f32) -> f32| kz.map(weight);
-            let weight = match field {
-                Field::Height => [1.0; LANES],
-                Field::SlopeX => [kx; LANES],
-                Field::SlopeZ => kz,
-                Field::SqueezeX => real(&|kz| kx * kx * inverse_length(kx, kz)),
-                Field::SqueezeZ => real(&|kz| kz * kz * inverse_length(kx, kz)),
-                Field::SqueezeXz => real(&|kz| kx * kz * inverse_length(kx, kz)),
-            };
-            let turned = matches!(field, Field::SlopeX | Field::SlopeZ);
-            for l in 0..LANES {
-                let (a, b) = (h_re[l] * weight[l], h_im[l] * weight[l]);
-                (re[l], im[l]) = if turned { (-b, a) } else { (a, b) };
+        for column in 0..n {
+            let kx = Vec4::splat(signed(column, n) as f32 * step);
+            for v in 0..VECTORS {
+                let row = (b * LANES + 4 * v) as f32;
+                let kz = (Vec4::splat(row) + Vec4::new(0.0, 1.0, 2.0, 3.0)) * step;
+                let (to, from) = (column * VECTORS + v, (b * n + column) * VECTORS + v);
+                let (re, im) = (h.re[from], h.im[from]);
+                (input.re[to], input.im[to]) = match field {
+                    Field::Height => (re, im),
+                    Field::SlopeX => (-im * kx, re * kx),
+                    Field::SlopeZ => (-im * kz, re * kz),
+                    Field::SqueezeX => scaled(re, im, kx * kx * inverse_length(kx, kz)),
+                    Field::SqueezeZ => scaled(re, im, kz * kz * inverse_length(kx, kz)),
+                    Field::SqueezeXz => scaled(re, im, kx * kz * inverse_length(kx, kz)),
+                };
             }
         }
     }
 }
 
 impl Waves {
-    const NONE: Self = Self {
-        even_c: [0.0; LANES],
-        even_s: [0.0; LANES],
-        odd_c: [0.0; LANES],
-        odd_s: [0.0; LANES],
-        quarters: [0.0; LANES],
-    };
-
-    fn set(
-        &mut self,
-        lane: usize,
-        phillips: &Phillips,
-        sea: &TessendorfWater,
-        n: usize,
-        step: f64,
-        row: usize,
-        column: usize,
-    ) {
-        // The Nyquist waves have no partner of opposite direction, so their slopes
-        // would not be real; k = 0 is the mean height, which is 0.
-        if column == n / 2 || (row == 0 && column == 0) {
-            return;
+    fn new(sea: &TessendorfWater, n: usize) -> Self {
+        let phillips = Phillips::new(sea);
+        let step = 2.0 * PI / sea.tile_m;
+        let zeros = || vec![0.0_f32; n * n / 2];
+        let (mut even_c, mut even_s, mut odd_c, mut odd_s) = (zeros(), zeros(), zeros(), zeros());
+        let mut quarters = vec![0.0; n * n / 2];
+        let per_block = n * LANES;
+        let blocks = (
+            even_c.par_chunks_mut(per_block),
+            even_s.par_chunks_mut(per_block),
+            odd_c.par_chunks_mut(per_block),
+            odd_s.par_chunks_mut(per_block),
+            quarters.par_chunks_mut(per_block),
+        );
+        // Waves do not depend on each other: the same for any number of threads.
+        blocks.into_par_iter().enumerate().for_each(|(b, block)| {
+            let (even_c, even_s, odd_c, odd_s, quarters) = block;
+            for i in 0..per_block {
+                let (row, column) = (b * LANES + i % LANES, i / LANES);
+                // The Nyquist waves have no partner of opposite direction, so their
+                // slopes would not be real; k = 0 is the mean height, which is 0.
+                if column == n / 2 || (row == 0 && column == 0) {
+                    continue;
+                }
+                let (kx, kz) = (signed(column, n) * step, row as f64 * step);
+                let [a_re, a_im] = phillips.amplitude(row, column, kx, kz);
+                let [b_re, b_im] = phillips.amplitude((n - row) % n, n - column, -kx, -kz);
+                (even_c[i], even_s[i]) = (a_re + b_re, a_im + b_im);
+                (odd_c[i], odd_s[i]) = (a_im - b_im, a_re - b_re);
+                let hz = frequency_hz(libm::sqrt(kx * kx + kz * kz));
+                let turns = sea.loop_s.map_or(hz, |loop_s| whole_turns(hz * loop_s));
+                quarters[i] = 4.0 * turns;
+            }
+        });
+        Self {
+            even_c,
+            even_s,
+            odd_c,
+            odd_s,
+            quarters,
         }
-        let (kx, kz) = (signed(column, n) * step, row as f64 * step);
-        let [a_re, a_im] = phillips.amplitude(row, column, kx, kz);
-        let [b_re, b_im] = phillips.amplitude((n - row) % n, (n - column) % n, -kx, -kz);
-        self.even_c[lane] = a_re + b_re;
-        self.even_s[lane] = a_im + b_im;
-        self.odd_c[lane] = a_im - b_im;
-        self.odd_s[lane] = a_re - b_re;
-        let turns_per_s = frequency_hz(libm::sqrt(kx * kx + kz * kz));
-        self.quarters[lane] = 4.0
-            * match sea.loop_s {
-                None => turns_per_s,
-                Some(loop_s) => whole_turns(turns_per_s * loop_s),
-            };
+    }
+
+    // Every wave at a time, in seconds or loops. Loops over plain slices become
+    // vector code; sine and cosine together would not.
+    fn at(&self, time: f64, re: &mut [f32], im: &mut [f32]) {
+        const PART: usize = 64;
+        let (mut angle, mut quadrant) = ([0.0_f32; PART], [0_u32; PART]);
+        for (part, (re, im)) in re.chunks_mut(PART).zip(im.chunks_mut(PART)).enumerate() {
+            let len = re.len();
+            let here = part * PART..part * PART + len;
+            for (i, quarters) in self.quarters[here.clone()].iter().enumerate() {
+                (angle[i], quadrant[i]) = reduce_quarters(quarters * time);
+            }
+            let (even_c, even_s) = (&self.even_c[here.clone()], &self.even_s[here.clone()]);
+            let (odd_c, odd_s) = (&self.odd_c[here.clone()], &self.odd_s[here]);
+            let im = &mut im[..len];
+            for i in 0..len {
+                let (sin, cos) = sin_cos_reduced(angle[i], quadrant[i]);
+                re[i] = even_c[i] * cos + even_s[i] * sin;
+                im[i] = odd_c[i] * cos - odd_s[i] * sin;
+            }
+        }
     }
 }
 
@@ -231,9 +254,14 @@ fn signed(i: usize, n: usize) -> f64 {
     }
 }
 
-// 1/k, and 0 for the mean.
 #[inline]
-fn inverse_length(kx: f32, kz: f32) -> f32 {
-    let k2 = kx * kx + kz * kz;
-    if k2 > 0.0 { 1.0 / k2.sqrt() } else { 0.0 }
+fn scaled(re: Vec4, im: Vec4, weight: Vec4) -> (Vec4, Vec4) {
+    (re * weight, im * weight)
+}
+
+// 1/k; something finite for the mean, whose wave is 0.
+#[inline]
+fn inverse_length(kx: Vec4, kz: Vec4) -> Vec4 {
+    let k2 = (kx * kx + kz * kz).max(Vec4::splat(f32::MIN_POSITIVE));
+    Vec4::ONE / Vec4::from_array(k2.to_array().map(f32::sqrt))
 }

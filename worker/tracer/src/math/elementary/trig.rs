@@ -50,29 +50,34 @@ pub fn sin_cos_quarter(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
-/// Sine and cosine of `quarters` quarter turns (1 is 90 degrees), below 2^50. The
-/// reduction is in f64 and exact, so that a phase of thousands of turns keeps its
-/// digits; then as [`sin_cos_quarter`]. Loops of it become vector code.
+/// An angle of `quarters` quarter turns (1 is 90 degrees), below 2^50, as what
+/// [`sin_cos_reduced`] takes: radians within pi/4, and the quadrant. In f64 and
+/// exact but for the last step, so that thousands of turns keep their digits.
 #[inline]
 #[must_use]
-pub fn sin_cos_turns(quarters: f64) -> (f32, f32) {
+pub fn reduce_quarters(quarters: f64) -> (f32, u32) {
     let shifted = quarters + ROUND_SHIFT;
-    let quadrant = shifted.to_bits() as u32;
-    let r = (quarters - (shifted - ROUND_SHIFT)) as f32 * core::f32::consts::FRAC_PI_2;
-    place(sin_cos_quarter(r), quadrant)
+    let rest = (quarters - (shifted - ROUND_SHIFT)) as f32;
+    (
+        rest * core::f32::consts::FRAC_PI_2,
+        shifted.to_bits() as u32,
+    )
 }
 
-// From the sine and cosine of what is left to those of the whole angle.
+/// Sine and cosine of what [`reduce_quarters`] left: as [`sin_cos_quarter`], then
+/// the quadrant by bits, so that loops of it become vector code.
 #[inline]
-fn place((s, c): (f32, f32), quadrant: u32) -> (f32, f32) {
-    let swap = quadrant & 1 == 1;
-    let sin = if swap { c } else { s };
-    let cos = if swap { s } else { c };
+#[must_use]
+pub fn sin_cos_reduced(angle: f32, quadrant: u32) -> (f32, f32) {
+    let (sin, cos) = sin_cos_quarter(angle);
+    let (sin, cos) = (sin.to_bits(), cos.to_bits());
+    // All ones where sine and cosine change places.
+    let swapped = (sin ^ cos) & 0_u32.wrapping_sub(quadrant & 1);
     let sin_sign = (quadrant & 2) << 30;
     let cos_sign = (quadrant.wrapping_add(1) & 2) << 30;
     (
-        f32::from_bits(sin.to_bits() ^ sin_sign),
-        f32::from_bits(cos.to_bits() ^ cos_sign),
+        f32::from_bits(sin ^ swapped ^ sin_sign),
+        f32::from_bits(cos ^ swapped ^ cos_sign),
     )
 }
 
@@ -98,7 +103,16 @@ pub fn sin_cos(x: f32) -> (f32, f32) {
     let r4 = r2 * r2;
     let sin = r + r * r2 * ((SIN[0] + r2 * SIN[1]) + r4 * (SIN[2] + r2 * SIN[3]));
     let cos = (1.0 - 0.5 * r2) + r4 * ((COS[0] + r2 * COS[1]) + r4 * (COS[2] + r2 * COS[3]));
-    place((sin as f32, cos as f32), quadrant)
+    let (s, c) = (sin as f32, cos as f32);
+    let swap = quadrant & 1 == 1;
+    let sin = if swap { c } else { s };
+    let cos = if swap { s } else { c };
+    let sin_sign = (quadrant & 2) << 30;
+    let cos_sign = (quadrant.wrapping_add(1) & 2) << 30;
+    (
+        f32::from_bits(sin.to_bits() ^ sin_sign),
+        f32::from_bits(cos.to_bits() ^ cos_sign),
+    )
 }
 
 /// Sine of `x` radians; see [`sin_cos`].
