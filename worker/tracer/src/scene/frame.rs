@@ -20,7 +20,11 @@ impl Stage {
         let anchor_m = self.anchor_m;
         let sea = self.sea.as_ref().map(|sea| {
             let shutter_s = description.camera.shutter_s;
-            sea.at(0.0, shutter_s, anchor_m.to_array())
+            sea.at(
+                description.frame_time_s(frame),
+                shutter_s,
+                anchor_m.to_array(),
+            )
         });
         let (placed, instances) = place(description, &self.materials, anchor_m)?;
         let water_y = sea.as_ref().map(|sea| (sea.height_m - anchor_m.y) as f32);
