@@ -34,7 +34,7 @@ pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
 pub use sky::{ConstantSky, DomeSky, MapSky, Sky, Sun};
-pub use water::{TessendorfWater, Water};
+pub use water::{TessendorfWater, Water, WaterLook, Whitecaps};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

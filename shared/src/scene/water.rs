@@ -69,10 +69,101 @@ pub struct TessendorfWater {
     #[serde(default)]
     #[schemars(range(min = -1e6, max = 1e6))]
     pub time_s: f64,
+    /// Seconds after which every wave is back where it was; without it none ever is.
+    /// Frequencies are rounded to whole turns in this time.
+    #[serde(default)]
+    #[schemars(range(min = 1e-3, max = 1e6))]
+    pub loop_s: Option<f64>,
+    /// Times within the shutter at which the height field is evaluated, 1 to 4;
+    /// slopes change linearly between them. With 1 the waves stand still while the
+    /// shutter is open, but drift.
+    #[serde(default = "default_shutter_fields")]
+    #[schemars(range(min = 1, max = 4))]
+    pub shutter_fields: u32,
+    /// Foam where crests fold; without it there is none.
+    #[serde(default)]
+    pub whitecaps: Option<Whitecaps>,
+}
+
+/// Foam where the surface folds: where choppy waves, which move water towards the
+/// crests, would squeeze it to less than a share of its area (Tessendorf 2001, section
+/// 4.6). The share J is 1 on flat water and below 0 where a crest turns over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Whitecaps {
+    /// How far water moves towards the crests, times what it does in small waves.
+    #[serde(default = "one")]
+    #[schemars(range(min = 0.0, max = 100.0))]
+    pub choppiness: f64,
+    /// Where J is less, foam begins.
+    #[serde(default = "default_threshold")]
+    #[schemars(range(min = -100.0, max = 100.0))]
+    pub threshold: f64,
+    /// Where J is less than the threshold by this, all is foam.
+    #[serde(default = "default_softness")]
+    #[schemars(range(min = 1e-3, max = 100.0))]
+    pub softness: f64,
+    /// Reflectance of foam, linear RGB.
+    #[serde(default = "default_foam")]
+    #[schemars(inner(range(min = 0.0, max = 1.0)))]
+    pub albedo: [f32; 3],
+    /// Perceptual roughness of foam.
+    #[serde(default = "default_foam_roughness")]
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub roughness: f32,
+}
+
+/// What every kind of water has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WaterLook {
+    /// Height of the mean surface in metres.
+    pub height_m: f64,
+    /// Drift along x and z in metres per second.
+    pub velocity_mps: [f64; 2],
+    /// Reflectance of the water body under the surface, linear RGB.
+    pub body_color: [f32; 3],
+    /// Index of refraction.
+    pub ior: f32,
+    /// Perceptual roughness of what no wave shows.
+    pub roughness: f32,
+}
+
+impl Water {
+    /// What every kind of water has.
+    #[must_use]
+    pub fn look(&self) -> WaterLook {
+        match self {
+            Self::Tessendorf(w) => WaterLook {
+                height_m: w.height_m,
+                velocity_mps: w.velocity_mps,
+                body_color: w.body_color,
+                ior: w.ior,
+                roughness: w.roughness,
+            },
+        }
+    }
 }
 
 const fn default_grid() -> u32 {
     256
+}
+const fn one() -> f64 {
+    1.0
+}
+const fn default_threshold() -> f64 {
+    0.5
+}
+const fn default_softness() -> f64 {
+    0.3
+}
+const fn default_foam() -> [f32; 3] {
+    [0.8, 0.8, 0.8]
+}
+const fn default_foam_roughness() -> f32 {
+    0.8
+}
+const fn default_shutter_fields() -> u32 {
+    1
 }
 const fn default_amplitude() -> f64 {
     0.004

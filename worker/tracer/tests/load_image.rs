@@ -7,7 +7,9 @@ use exr::prelude::{
 };
 use image::{DynamicImage, GrayImage, ImageBuffer, ImageFormat, Rgb, RgbImage, RgbaImage};
 use shearwater_shared::scene::SceneError;
-use shearwater_tracer::load::{Encoding as Bytes, Texture, load_cloud_image, load_sky, load_texture};
+use shearwater_tracer::load::{
+    Encoding as Bytes, Texture, load_cloud_image, load_sky, load_texture,
+};
 use std::io::Cursor;
 
 fn load_color(file: &str, bytes: &[u8]) -> Result<Texture, SceneError> {

@@ -82,6 +82,14 @@ impl Water {
         self
     }
 
+    /// [`Self::with_alpha`] over another body, `body_color` in [0, 1].
+    #[inline]
+    #[must_use]
+    pub fn with_body(mut self, tables: &Tables, body_color: Vec3, alpha: f32) -> Self {
+        self.body.color = body_color;
+        self.with_alpha(tables, alpha)
+    }
+
     #[inline]
     pub(super) fn eval_pdf(&self, tables: &Tables, wo: Vec3, wi: Vec3) -> (Vec3, f32) {
         interface::eval_pdf(self, self.alpha, &self.body, tables, wo, wi)

@@ -7,7 +7,7 @@ use crate::geometry::{Ellipsoid, Particles, Sprite, Sprites};
 use crate::load::load_cloud_image;
 use glam::{DVec3, Vec3};
 use shearwater_shared::limits::PARTICLES_MAX;
-use shearwater_shared::scene::{Cloud, Formation, SceneDescription, SceneError, Water};
+use shearwater_shared::scene::{Cloud, Formation, SceneDescription, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -39,10 +39,10 @@ pub(super) fn build_clouds(
     report: &mut BuildReport,
 ) -> Result<Clouds, SceneError> {
     let pictures = load_pictures(description, assets, report)?;
-    let floor = description.water.as_ref().map(|water| {
-        let Water::Tessendorf(sea) = water;
-        (sea.height_m - origin.y) as f32
-    });
+    let floor = description
+        .water
+        .as_ref()
+        .map(|water| (water.look().height_m - origin.y) as f32);
     let is_seen = |top: f32| floor.is_none_or(|y| top > y);
     let mut ellipsoids: Vec<Ellipsoid> = Vec::new();
     let mut discs: Vec<Sprite> = Vec::new();

@@ -5,7 +5,6 @@ use super::stage::geometry_error;
 use super::{Scene, Stage};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
-use crate::water::Sea;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneError;
 use std::sync::Arc;
@@ -18,10 +17,14 @@ impl Stage {
     pub fn frame(&self, settings: &RenderSettings, frame: u32) -> Result<Scene, SceneError> {
         let description = &self.description;
         let anchor_m = self.anchor_m;
-        let sea = description
-            .water
-            .as_ref()
-            .map(|water| Sea::build(water, anchor_m.to_array()));
+        let sea = self.sea.as_ref().map(|sea| {
+            let shutter_s = description.camera.shutter_s;
+            sea.at(
+                description.frame_time_s(frame),
+                shutter_s,
+                anchor_m.to_array(),
+            )
+        });
         let exposure = Exposure::of(description, frame);
         let (placement, instances) = self.instances_at(exposure)?;
         let camera = Camera::new(

@@ -165,10 +165,8 @@ impl Scene {
             (Some(sea), Some(water)) => {
                 let point = sea.at(p.x, p.z, time_s, footprint_m);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
-                (
-                    normal,
-                    Bsdf::Water(water.with_alpha(&self.common.tables, point.alpha)),
-                )
+                let water = water.with_body(&self.common.tables, point.body_color, point.alpha);
+                (normal, Bsdf::Water(water))
             }
             _ => (Vec3::Y, Bsdf::Lambert { albedo: Vec3::ZERO }),
         }

@@ -10,6 +10,7 @@ use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
 use crate::light::{SkyLight, SunLight};
+use crate::water::SeaStage;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::{self, SceneDescription, SceneError};
@@ -53,6 +54,7 @@ pub struct Stage {
     pub(super) particles: Option<Arc<Particles>>,
     pub(super) sprites: Option<Arc<Sprites>>,
     pub(super) materials: Materials,
+    pub(super) sea: Option<SeaStage>,
     /// The point of the scene that is (0, 0, 0) for the tracer.
     pub(super) anchor_m: DVec3,
     pub(super) options: BuildOptions,
@@ -104,6 +106,7 @@ impl Stage {
             particles: clouds.particles,
             sprites: clouds.sprites,
             materials,
+            sea: description.water.as_ref().map(SeaStage::new),
             anchor_m,
             options,
         };
@@ -139,7 +142,12 @@ fn build_tables(
     meshes: &[BuiltMesh],
 ) -> Result<Tables, SceneError> {
     let mut needs = TableNeeds {
-        etas: description.water.as_ref().map(ior).into_iter().collect(),
+        etas: description
+            .water
+            .as_ref()
+            .map(|water| water.look().ior)
+            .into_iter()
+            .collect(),
         ..TableNeeds::default()
     };
     let of_meshes = meshes.iter().flat_map(|m| &m.materials);
@@ -149,19 +157,14 @@ fn build_tables(
     Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "materials", e.to_string()))
 }
 
-fn ior(water: &scene::Water) -> f32 {
-    let scene::Water::Tessendorf(sea) = water;
-    sea.ior
-}
-
 fn build_water(
     description: &SceneDescription,
     tables: &Tables,
 ) -> Result<Option<Water>, SceneError> {
-    let Some(scene::Water::Tessendorf(sea)) = &description.water else {
+    let Some(look) = description.water.as_ref().map(scene::Water::look) else {
         return Ok(None);
     };
-    Water::new(tables, sea.ior, Vec3::from_array(sea.body_color), 0.0)
+    Water::new(tables, look.ior, Vec3::from_array(look.body_color), 0.0)
         .map(Some)
         .map_err(|e| SceneError::new("scene.json", "water", e.to_string()))
 }

@@ -1,33 +1,57 @@
-//! Water: a plane to the horizon whose normals come from a wave spectrum.
+//! Water: a plane to the horizon whose normals come from waves.
+//!
+//! What all frames share is a [`SeaStage`]; [`SeaStage::at`] makes the [`Sea`] of
+//! one frame, which answers [`Sea::at`] for every ray.
 
+mod fft;
+mod phillips;
 mod picture;
 mod slopes;
 mod spectrum;
+mod tessendorf;
+#[cfg(test)]
+mod tests;
+mod whitecaps;
 
 pub use picture::{HeightPictureError, HeightPictures, height_pictures};
 pub use slopes::{SlopeMap, Slopes};
-pub use spectrum::{HeightField, height_field};
+pub use spectrum::{HeightField, Spectrum};
 
-use glam::Vec2;
-use shearwater_shared::scene::Water;
+use glam::{Vec2, Vec3};
+use shearwater_shared::scene::{Water, WaterLook};
+use tessendorf::{TessendorfSea, TessendorfStage};
 
-/// A built sea.
+/// What the frames of a sea share.
+#[derive(Clone, Debug)]
+pub struct SeaStage {
+    look: WaterLook,
+    foam: (Vec3, f32),
+    waves: StageWaves,
+}
+
+#[derive(Clone, Debug)]
+enum StageWaves {
+    Tessendorf(TessendorfStage),
+}
+
+/// The sea of one frame.
 #[derive(Clone, Debug)]
 pub struct Sea {
     /// Height of the mean surface, in metres, in the scene's own coordinates.
     pub height_m: f64,
-    slopes: SlopeMap,
-    /// Tile coordinates of the render origin, in [0, 1).
-    origin: Vec2,
-    per_metre: f32,
-    /// Drift in tiles per second.
-    drift: Vec2,
-    /// Square of the GGX alpha of ripples below the grid.
+    waves: Waves,
+    /// Drift in metres per second.
+    drift_mps: Vec2,
+    /// Square of the GGX alpha of ripples that no wave shows.
     ripple_alpha2: f32,
-    /// Reflectance of the water body.
-    pub body_color: glam::Vec3,
-    /// Index of refraction.
-    pub ior: f32,
+    body_color: Vec3,
+    /// Reflectance and square of the GGX alpha of foam.
+    foam: (Vec3, f32),
+}
+
+#[derive(Clone, Debug)]
+enum Waves {
+    Tessendorf(TessendorfSea),
 }
 
 /// What the tracer needs to know of a point of the surface.
@@ -37,71 +61,78 @@ pub struct WaterPoint {
     pub slope: Vec2,
     /// GGX alpha of what is finer than the footprint.
     pub alpha: f32,
+    /// Reflectance of what lies under the surface.
+    pub body_color: Vec3,
+}
+
+impl SeaStage {
+    /// What the frames of `water` share: its random waves.
+    #[must_use]
+    pub fn new(water: &Water) -> Self {
+        let foam = match water {
+            Water::Tessendorf(sea) => sea.whitecaps.map(|caps| {
+                let alpha = caps.roughness * caps.roughness;
+                (Vec3::from_array(caps.albedo), alpha * alpha)
+            }),
+        };
+        Self {
+            look: water.look(),
+            foam: foam.unwrap_or_default(),
+            waves: match water {
+                Water::Tessendorf(sea) => StageWaves::Tessendorf(TessendorfStage::new(sea)),
+            },
+        }
+    }
+
+    /// The sea while the shutter is open, from `frame_time_s` for `shutter_s`.
+    /// `origin_m` is the point of the scene that is (0, 0, 0) for the tracer.
+    #[must_use]
+    pub fn at(&self, frame_time_s: f64, shutter_s: f64, origin_m: [f64; 3]) -> Sea {
+        let look = &self.look;
+        let origin_m = [
+            origin_m[0] - look.velocity_mps[0] * frame_time_s,
+            origin_m[2] - look.velocity_mps[1] * frame_time_s,
+        ];
+        let alpha = look.roughness * look.roughness;
+        Sea {
+            height_m: look.height_m,
+            waves: match &self.waves {
+                StageWaves::Tessendorf(stage) => {
+                    Waves::Tessendorf(stage.at(frame_time_s, shutter_s, origin_m))
+                }
+            },
+            drift_mps: Vec2::from_array(look.velocity_mps.map(|v| v as f32)),
+            ripple_alpha2: alpha * alpha,
+            body_color: Vec3::from_array(look.body_color),
+            foam: self.foam,
+        }
+    }
 }
 
 impl Sea {
-    /// Build the height field and its slopes. `origin_m` is the point of the
-    /// scene that is (0, 0, 0) for the tracer.
-    #[must_use]
-    pub fn build(water: &Water, origin_m: [f64; 3]) -> Self {
-        let Water::Tessendorf(sea) = water;
-        let field = height_field(sea);
-        let wrap = |v: f64| {
-            let tiles = v / sea.tile_m;
-            (tiles - libm::floor(tiles)) as f32
-        };
-        let alpha = sea.roughness * sea.roughness;
-        Self {
-            height_m: sea.height_m,
-            slopes: SlopeMap::new(&field),
-            origin: Vec2::new(wrap(origin_m[0]), wrap(origin_m[2])),
-            per_metre: (1.0 / sea.tile_m) as f32,
-            drift: Vec2::new(
-                (sea.velocity_mps[0] / sea.tile_m) as f32,
-                (sea.velocity_mps[1] / sea.tile_m) as f32,
-            ),
-            ripple_alpha2: alpha * alpha,
-            body_color: glam::Vec3::from_array(sea.body_color),
-            ior: sea.ior,
-        }
-    }
-
-    /// Slope at the horizontal point (x, z) metres from the render origin at
-    /// `time_s`, seen by a ray as wide as `footprint_m`. Waves finer than that
-    /// become roughness: a Gaussian of slope variance s^2 per axis is a Beckmann
-    /// lobe of alpha^2 = 2 s^2 (Walter et al. 2007), to which GGX is matched.
+    /// The surface at the horizontal point (x, z) metres from the render origin,
+    /// `time_s` after the shutter opened, seen by a ray as wide as `footprint_m`.
+    /// Waves finer than that become roughness: a Gaussian of slope variance s^2 per
+    /// axis is a Beckmann lobe of alpha^2 = 2 s^2 (Walter et al. 2007), to which GGX
+    /// is matched.
     #[inline]
     #[must_use]
     pub fn at(&self, x: f32, z: f32, time_s: f32, footprint_m: f32) -> WaterPoint {
-        let tile = Vec2::new(x, z) * self.per_metre + self.origin - self.drift * time_s;
-        let Slopes { slope, variance } = self.slopes.lookup(tile, footprint_m * self.per_metre);
-        WaterPoint {
-            slope,
-            alpha: (self.ripple_alpha2 + 2.0 * variance).sqrt().min(1.0),
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    // Drifting by v for t seconds is looking v t metres upstream.
-    #[test]
-    fn the_surface_drifts_with_its_velocity() {
-        let sea = shearwater_shared::scene::TessendorfWater {
-            velocity_mps: [3.0, -7.0],
-            ..spectrum::tests::sea()
+        let p = Vec2::new(x, z) - self.drift_mps * time_s;
+        let slopes = match &self.waves {
+            Waves::Tessendorf(sea) => sea.at(p, time_s, footprint_m),
         };
-        let sea = Sea::build(&Water::Tessendorf(sea), [10.0, 5.0, -20.0]);
-        for (x, z, t) in [(1.0, 2.0, 0.5), (-40.0, 13.0, 2.0)] {
-            let (moved, there) = (
-                sea.at(x, z, t, 0.0),
-                sea.at(x - 3.0 * t, z + 7.0 * t, 0.0, 0.0),
-            );
-            assert!((moved.slope - there.slope).length() < 1e-3, "{x} {z} {t}");
+        let mut alpha2 = self.ripple_alpha2 + 2.0 * slopes.variance;
+        let mut body_color = self.body_color;
+        if slopes.foam > 0.0 {
+            let (color, foam_alpha2) = self.foam;
+            body_color += (color - body_color) * slopes.foam;
+            alpha2 += (foam_alpha2 - alpha2) * slopes.foam;
         }
-        let (now, later) = (sea.at(1.0, 2.0, 0.0, 0.0), sea.at(1.0, 2.0, 0.5, 0.0));
-        assert!((now.slope - later.slope).length() > 1e-2);
+        WaterPoint {
+            slope: slopes.slope,
+            alpha: alpha2.sqrt().min(1.0),
+            body_color,
+        }
     }
 }

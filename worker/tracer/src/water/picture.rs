@@ -1,6 +1,6 @@
 //! The height field as pictures: what the sea's settings mean, to be looked at.
 
-use super::height_field;
+use super::Spectrum;
 use exr::prelude::{SpecificChannels, WritableImage};
 use image::{ExtendedColorType, ImageEncoder};
 use shearwater_shared::scene::TessendorfWater;
@@ -14,9 +14,9 @@ pub struct HeightPictures {
     /// EXR: heights `Y` in metres and slopes `slope.X` and `slope.Z`.
     pub exr: Vec<u8>,
     /// Lowest point in metres.
-    pub lowest_m: f64,
+    pub lowest_m: f32,
     /// Highest point in metres.
-    pub highest_m: f64,
+    pub highest_m: f32,
 }
 
 /// A height field that could not be written.
@@ -35,14 +35,14 @@ pub enum HeightPictureError {
 /// # Errors
 /// An encoder fails, which only lack of memory can cause.
 pub fn height_pictures(sea: &TessendorfWater) -> Result<HeightPictures, HeightPictureError> {
-    let field = height_field(sea);
+    let field = Spectrum::new(sea).at(sea.time_s);
     let n = field.n;
-    let lowest_m = field.height.iter().copied().fold(f64::INFINITY, f64::min);
+    let lowest_m = field.height.iter().copied().fold(f32::INFINITY, f32::min);
     let highest_m = field
         .height
         .iter()
         .copied()
-        .fold(f64::NEG_INFINITY, f64::max);
+        .fold(f32::NEG_INFINITY, f32::max);
     let scale = if highest_m > lowest_m {
         65_535.0 / (highest_m - lowest_m)
     } else {
@@ -68,11 +68,7 @@ pub fn height_pictures(sea: &TessendorfWater) -> Result<HeightPictures, HeightPi
         .with_channel::<f32>("slope.Z")
         .with_pixel_fn(|at: exr::math::Vec2<usize>| {
             let i = at.y() * n + at.x();
-            (
-                field.height[i] as f32,
-                field.slope_x[i] as f32,
-                field.slope_z[i] as f32,
-            )
+            (field.height[i], field.slope_x[i], field.slope_z[i])
         });
     exr::image::Image::from_channels((n, n), channels)
         .write()
@@ -91,7 +87,7 @@ mod tests {
 
     #[test]
     fn the_picture_spans_the_range_of_the_heights() {
-        let sea = crate::water::spectrum::tests::sea();
+        let sea = crate::water::tests::sea();
         let pictures = height_pictures(&sea).expect("written");
         assert!(pictures.lowest_m < 0.0 && pictures.highest_m > 0.0);
         let image = image::load_from_memory(&pictures.png)

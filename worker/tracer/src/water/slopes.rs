@@ -1,15 +1,14 @@
 //! Slopes with their own mip levels: mean slope and the variance that the mean
 //! has lost, so that far water keeps its brightness instead of aliasing.
 
-use super::HeightField;
 use glam::Vec2;
 
 /// Levels of a slope map; level 0 is the grid itself.
 #[derive(Clone, Debug)]
 pub struct SlopeMap {
     levels: Vec<Level>,
-    /// Variance per axis of the whole field, for footprints beyond the tile.
-    total_variance: f32,
+    /// The mean of the whole field, for footprints beyond the tile.
+    whole: [f32; 4],
 }
 
 #[derive(Clone, Debug)]
@@ -18,7 +17,7 @@ struct Level {
     // Where texel 0 lies, in texels: the grid's points are at whole positions, and
     // a mean of 2 x 2 lies in their middle.
     first: f32,
-    // slope x, slope z, lost variance per axis, and nothing: 16 bytes a texel.
+    // slope x, slope z, lost variance per axis, foam: 16 bytes a texel.
     texels: Vec<[f32; 4]>,
 }
 
@@ -29,39 +28,60 @@ pub struct Slopes {
     pub slope: Vec2,
     /// Mean variance of the slope per axis inside the footprint.
     pub variance: f32,
+    /// Share of the footprint that is under foam.
+    pub foam: f32,
+}
+
+impl Slopes {
+    /// Linear interpolation, `share` of the way to `other`.
+    #[inline]
+    #[must_use]
+    pub fn towards(self, other: Self, share: f32) -> Self {
+        let mix = |a: f32, b: f32| a + (b - a) * share;
+        Self {
+            slope: self.slope + (other.slope - self.slope) * share,
+            variance: mix(self.variance, other.variance),
+            foam: mix(self.foam, other.foam),
+        }
+    }
 }
 
 impl SlopeMap {
-    /// Levels by averaging 2 x 2 texels. The variance that is lost is the mean of
-    /// the squares less the square of the mean, summed down the levels in f64.
+    /// Levels of n x n slopes by averaging 2 x 2 texels, n a power of two. The
+    /// variance that is lost is the mean of the squares less the square of the mean,
+    /// summed down the levels in f64. `foam` is the coverage with whitecaps, one
+    /// value a texel, or empty.
     #[must_use]
-    pub fn new(field: &HeightField) -> Self {
-        let mut n = field.n;
-        // Mean slope x, mean slope z, mean of squared slope length.
-        let mut moments: Vec<[f64; 3]> = field
-            .slope_x
-            .iter()
-            .zip(&field.slope_z)
-            .map(|(&x, &z)| [x, z, x * x + z * z])
+    pub fn new(n: usize, slope_x: &[f32], slope_z: &[f32], foam: &[f32]) -> Self {
+        let slopes = slope_x.iter().zip(slope_z);
+        let foam = foam.iter().chain(std::iter::repeat(&0.0));
+        let texels: Vec<[f32; 4]> = slopes
+            .zip(foam)
+            .map(|((&x, &z), &f)| [x, z, 0.0, f])
             .collect();
-        let mut levels = Vec::new();
-        loop {
-            let first = 0.5 - 0.5 * n as f32 / field.n as f32;
+        let mut moments = halve(&texels, n, |&[x, z, _, foam]| {
+            let (x, z) = (f64::from(x), f64::from(z));
+            [x, z, x * x + z * z, f64::from(foam)]
+        });
+        let mut levels = vec![Level {
+            n,
+            first: 0.0,
+            texels,
+        }];
+        let mut coarse = n / 2;
+        while coarse > 0 {
             levels.push(Level {
-                n,
-                first,
+                n: coarse,
+                first: 0.5 - 0.5 * coarse as f32 / n as f32,
                 texels: moments.iter().map(texel).collect(),
             });
-            if n == 1 {
-                break;
-            }
-            moments = halve(&moments, n);
-            n /= 2;
+            moments = halve(&moments, coarse, |m| *m);
+            coarse /= 2;
         }
-        let total_variance = moments.first().map_or(0.0, |m| texel(m)[2]);
+        let whole = levels.last().and_then(|level| level.texels.first());
         Self {
+            whole: whole.copied().unwrap_or_default(),
             levels,
-            total_variance,
         }
     }
 
@@ -89,10 +109,7 @@ impl SlopeMap {
                 fine[i] + (coarse[i] - fine[i]) * fraction
             }));
         }
-        Slopes {
-            slope: Vec2::ZERO,
-            variance: self.total_variance,
-        }
+        slopes(self.whole)
     }
 
     #[inline]
@@ -116,6 +133,7 @@ fn slopes(t: [f32; 4]) -> Slopes {
     Slopes {
         slope: Vec2::new(t[0], t[1]),
         variance: t[2],
+        foam: t[3],
     }
 }
 
@@ -136,21 +154,25 @@ fn wrap(tile: f32, n: usize, first: f32) -> (usize, f32) {
     ((whole & (n as i32 - 1)) as usize, fraction)
 }
 
-fn texel(m: &[f64; 3]) -> [f32; 4] {
+fn texel(m: &[f64; 4]) -> [f32; 4] {
     let lost = (m[2] - m[0] * m[0] - m[1] * m[1]).max(0.0) * 0.5;
-    [m[0] as f32, m[1] as f32, lost as f32, 0.0]
+    [m[0] as f32, m[1] as f32, lost as f32, m[3] as f32]
 }
 
-fn halve(fine: &[[f64; 3]], n: usize) -> Vec<[f64; 3]> {
-    let half = n / 2;
-    let mut coarse = Vec::with_capacity(half * half);
-    for z in 0..half {
-        for x in 0..half {
-            let at = |dx: usize, dz: usize| fine[(2 * z + dz) * n + 2 * x + dx];
-            let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-            coarse.push(std::array::from_fn(|i| {
-                four.iter().map(|m| m[i]).sum::<f64>() * 0.25
-            }));
+// Means over 2 x 2 of the moments that `read` makes of an entry; n is the side of
+// the finer level. Nothing comes of a single entry.
+fn halve<T>(fine: &[T], n: usize, read: impl Fn(&T) -> [f64; 4]) -> Vec<[f64; 4]> {
+    let mut coarse = Vec::with_capacity(n * n / 4);
+    for rows in fine.chunks_exact(2 * n) {
+        let (upper, lower) = rows.split_at(n);
+        for (above, below) in upper.chunks_exact(2).zip(lower.chunks_exact(2)) {
+            let (a, b, c, d) = (
+                read(&above[0]),
+                read(&above[1]),
+                read(&below[0]),
+                read(&below[1]),
+            );
+            coarse.push(std::array::from_fn(|i| (a[i] + b[i] + c[i] + d[i]) * 0.25));
         }
     }
     coarse
@@ -160,28 +182,22 @@ fn halve(fine: &[[f64; 3]], n: usize) -> Vec<[f64; 3]> {
 mod tests {
     use super::*;
 
-    fn field() -> HeightField {
+    fn map() -> SlopeMap {
         let n = 64;
         let wave =
             |i: usize, f: f64| libm::sin(2.0 * std::f64::consts::PI * f * i as f64 / n as f64);
         let slope = |a: f64, b: f64| {
             (0..n * n)
-                .map(|i| 0.1 * wave(i % n, a) + 0.05 * wave(i / n, b))
+                .map(|i| (0.1 * wave(i % n, a) + 0.05 * wave(i / n, b)) as f32)
                 .collect::<Vec<_>>()
         };
-        HeightField {
-            n,
-            tile_m: 64.0,
-            height: vec![0.0; n * n],
-            slope_x: slope(3.0, 7.0),
-            slope_z: slope(16.0, 2.0),
-        }
+        SlopeMap::new(n, &slope(3.0, 7.0), &slope(16.0, 2.0), &[])
     }
 
     // What the mean loses the variance gains: total second moment per level.
     #[test]
     fn every_level_keeps_the_second_moment() {
-        let map = SlopeMap::new(&field());
+        let map = map();
         let moment = |level: &Level| {
             let sum: f64 = level
                 .texels
@@ -198,12 +214,12 @@ mod tests {
                 level.n
             );
         }
-        assert!((f64::from(map.total_variance) * 2.0 / first - 1.0).abs() < 1e-5);
+        assert!((f64::from(map.whole[2]) * 2.0 / first - 1.0).abs() < 1e-5);
     }
 
     #[test]
     fn lookups_are_periodic_and_continuous() {
-        let map = SlopeMap::new(&field());
+        let map = map();
         for (x, z) in [(0.3, 0.7), (0.0, 0.0), (0.999, 0.01)] {
             let (a, b) = (
                 map.lookup(Vec2::new(x, z), 0.0),
@@ -231,7 +247,7 @@ mod tests {
 
     #[test]
     fn any_number_is_answered() {
-        let map = SlopeMap::new(&field());
+        let map = map();
         for v in [f32::NAN, f32::INFINITY, -f32::INFINITY, 1e30, -1e30] {
             let s = map.lookup(Vec2::new(v, v), 0.01);
             assert!(s.slope.is_finite() && s.variance.is_finite());

@@ -1,14 +1,41 @@
-//! Tessendorf's sea (2001, "Simulating Ocean Water"): random waves with the
-//! Phillips spectrum, summed by an inverse FFT. Heights and slopes, in metres.
+//! Tessendorf's sea (2001, "Simulating Ocean Water"): random waves, summed by an
+//! inverse FFT. What does not change with time is a [`Spectrum`]; heights and slopes at
+//! a time come from it.
 
-use crate::math::hash::mix64;
-use num_complex::Complex;
+use super::fft::{Block, LANES, Plan, VECTORS};
+use super::phillips::{GRAVITY_MPS2, Phillips};
+use crate::math::elementary::{reduce_quarters, sin_cos_reduced};
+use glam::Vec4;
+use rayon::prelude::*;
 use shearwater_shared::scene::TessendorfWater;
 use std::f64::consts::PI;
 
-const GRAVITY_MPS2: f64 = 9.81;
-/// Energy of waves that run against the wind, as a share of their mirror image.
-const UPWIND: f64 = 0.07;
+/// The waves of a sea: amplitudes and frequencies.
+///
+/// h(k, t) = h0(k) e^{-iwt} + conj(h0(-k)) e^{iwt} with w^2 = g k (Tessendorf 2001,
+/// equation 43): under e^{ikx} the first term travels along k. The field is real, so
+/// half of the plane of k suffices: kz = 0 .. n/2 - 1 and every kx.
+#[derive(Clone, Debug)]
+pub struct Spectrum {
+    n: usize,
+    tile_m: f64,
+    plan: Plan,
+    waves: Waves,
+    /// Seconds after which all waves are back.
+    loop_s: Option<f64>,
+}
+
+// By block of `LANES` rows, then column, then row. With a = h0(k), b = h0(-k),
+// c = cos wt and s = sin wt: Re h = even_c c + even_s s, Im h = odd_c c - odd_s s.
+#[derive(Clone, Debug)]
+struct Waves {
+    even_c: Vec<f32>,
+    even_s: Vec<f32>,
+    odd_c: Vec<f32>,
+    odd_s: Vec<f32>,
+    /// Quarter turns per second, or per loop.
+    quarters: Vec<f64>,
+}
 
 /// A periodic height field and its slopes; row by row along z, columns along x.
 #[derive(Clone, Debug)]
@@ -18,331 +45,223 @@ pub struct HeightField {
     /// Side of the tile in metres.
     pub tile_m: f64,
     /// Heights in metres; their mean is 0.
-    pub height: Vec<f64>,
+    pub height: Vec<f32>,
     /// dh/dx.
-    pub slope_x: Vec<f64>,
+    pub slope_x: Vec<f32>,
     /// dh/dz.
-    pub slope_z: Vec<f64>,
+    pub slope_z: Vec<f32>,
 }
 
-/// The Phillips spectrum as a density over wave vectors, m^4: multiply by the
-/// area (2 pi / tile)^2 of a grid cell for the variance that one wave carries, so
-/// that the sea does not depend on the size of the tile.
-#[must_use]
-fn phillips(sea: &TessendorfWater, kx: f64, kz: f64) -> f64 {
-    let k2 = kx * kx + kz * kz;
-    if k2 <= 0.0 || sea.wind_speed_mps <= 0.0 {
-        return 0.0;
-    }
-    let largest_m = sea.wind_speed_mps * sea.wind_speed_mps / GRAVITY_MPS2;
-    let azimuth = sea.wind_direction_deg.to_radians();
-    let (wind_x, wind_z) = (libm::sin(azimuth), -libm::cos(azimuth));
-    let along = (kx * wind_x + kz * wind_z) / libm::sqrt(k2);
-    let spread = along * along * if along < 0.0 { UPWIND } else { 1.0 };
-    // Without the factor a damped upwind would cost nearly half of the energy.
-    let spread = spread * 2.0 / (1.0 + UPWIND);
-    let cutoff = libm::exp(-k2 * sea.cutoff_m * sea.cutoff_m);
-    sea.amplitude * libm::exp(-1.0 / (k2 * largest_m * largest_m)) / (k2 * k2) * spread * cutoff
+/// A linear map of the height field, as what each wave h is multiplied with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Field {
+    /// 1: the height.
+    Height,
+    /// i kx: dh/dx. Spectral, since a difference of heights loses 36 % of a wave of
+    /// four texels.
+    SlopeX,
+    /// i kz: dh/dz.
+    SlopeZ,
+    /// kx^2/k: how much the choppy displacement squeezes along x; then along z, and
+    /// both.
+    SqueezeX,
+    SqueezeZ,
+    SqueezeXz,
 }
 
-/// Heights and slopes of the sea at its time.
-///
-/// Slopes are spectral (i k h), not differences of heights: a central difference
-/// loses 36 % of a wave of four texels. The two slopes share one transform.
-#[must_use]
-pub fn height_field(sea: &TessendorfWater) -> HeightField {
-    let n = sea.grid as usize;
-    let step = 2.0 * PI / sea.tile_m;
-    let signed = |i: usize| {
-        if i < n / 2 {
-            i as f64
-        } else {
-            i as f64 - n as f64
+impl Spectrum {
+    /// The waves of a sea.
+    #[must_use]
+    pub fn new(sea: &TessendorfWater) -> Self {
+        let n = sea.grid as usize;
+        Self {
+            n,
+            tile_m: sea.tile_m,
+            plan: Plan::new(n),
+            waves: Waves::new(sea, n),
+            loop_s: sea.loop_s,
         }
-    };
-    let mut height = vec![Complex::new(0.0, 0.0); n * n];
-    let mut slopes = height.clone();
-    for row in 0..n {
+    }
+
+    /// Points along a side.
+    #[must_use]
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// Heights and slopes at a time.
+    #[must_use]
+    pub fn at(&self, time_s: f64) -> HeightField {
+        let [height, slope_x, slope_z] =
+            self.fields(time_s, [Field::Height, Field::SlopeX, Field::SlopeZ]);
+        HeightField {
+            n: self.n,
+            tile_m: self.tile_m,
+            height,
+            slope_x,
+            slope_z,
+        }
+    }
+
+    /// Any fields at a time, n x n each.
+    pub(super) fn fields<const N: usize>(&self, time_s: f64, wanted: [Field; N]) -> [Vec<f32>; N] {
+        let h = self.waves_at(time_s);
+        let mut scratch = self.plan.scratch();
+        wanted.map(|field| {
+            self.plan.inverse_real(&mut scratch, |b, input| {
+                self.multiply(field, &h, b, input);
+            })
+        })
+    }
+
+    // Every wave at a time.
+    fn waves_at(&self, time_s: f64) -> Block {
+        // Whole loops are taken away before they can cost digits.
+        let time = match self.loop_s {
+            Some(loop_s) => time_s / loop_s - libm::floor(time_s / loop_s),
+            None => time_s,
+        };
+        let mut h = Block::new(self.n * self.n / (2 * LANES));
+        self.waves.at(
+            time,
+            bytemuck::cast_slice_mut(&mut h.re),
+            bytemuck::cast_slice_mut(&mut h.im),
+        );
+        h
+    }
+
+    /// Sum of |h|^2 over all waves.
+    #[cfg(test)]
+    pub(super) fn energy(&self, time_s: f64) -> f64 {
+        let h = self.waves_at(time_s);
+        let mut sum = 0.0;
+        for (i, (re, im)) in h.re.iter().zip(&h.im).enumerate() {
+            // The other half of the plane has as much, but for its border.
+            let border = i < self.n * VECTORS && i % VECTORS == 0;
+            let twice = Vec4::new(if border { 1.0 } else { 2.0 }, 2.0, 2.0, 2.0);
+            sum += f64::from(((*re * *re + *im * *im) * twice).element_sum());
+        }
+        sum
+    }
+
+    // The waves of one block of rows, times what makes `field` of them.
+    fn multiply(&self, field: Field, h: &Block, b: usize, input: &mut Block) {
+        let n = self.n;
+        let step = (2.0 * PI / self.tile_m) as f32;
         for column in 0..n {
-            // The Nyquist waves have no partner of opposite direction, so their
-            // slopes would not be real; k = 0 is the mean height, which is 0.
-            if row == n / 2 || column == n / 2 || (row == 0 && column == 0) {
-                continue;
-            }
-            let (kx, kz) = (signed(column) * step, signed(row) * step);
-            let h = amplitude(sea, n, row, column, kx, kz);
-            height[row * n + column] = h;
-            let slope_x = Complex::new(-kx * h.im, kx * h.re);
-            let slope_z = Complex::new(-kz * h.im, kz * h.re);
-            // Both fields are real: their sum as X + i Z comes apart again.
-            slopes[row * n + column] =
-                Complex::new(slope_x.re - slope_z.im, slope_x.im + slope_z.re);
-        }
-    }
-    inverse_2d(&mut height, n);
-    inverse_2d(&mut slopes, n);
-    HeightField {
-        n,
-        tile_m: sea.tile_m,
-        height: height.iter().map(|h| h.re).collect(),
-        slope_x: slopes.iter().map(|s| s.re).collect(),
-        slope_z: slopes.iter().map(|s| s.im).collect(),
-    }
-}
-
-// h(k, t) = h0(k) e^{-iwt} + conj(h0(-k)) e^{iwt}, with w^2 = g k: under e^{ikx}
-// the first term travels along k, with the wind where the spectrum has its energy. Each h0 carries
-// half of P dk^2, since both terms add theirs: the expected variance is sum P dk^2.
-fn amplitude(
-    sea: &TessendorfWater,
-    n: usize,
-    row: usize,
-    column: usize,
-    kx: f64,
-    kz: f64,
-) -> Complex<f64> {
-    let cell = 2.0 * PI / sea.tile_m;
-    let h0 = |row: usize, column: usize, kx: f64, kz: f64| {
-        let scale = libm::sqrt(0.5 * 0.5 * phillips(sea, kx, kz)) * cell;
-        let (re, im) = gaussian_pair(mix64(sea.seed ^ mix64((row * n + column) as u64)));
-        Complex::new(re * scale, im * scale)
-    };
-    let omega = libm::sqrt(GRAVITY_MPS2 * libm::sqrt(kx * kx + kz * kz));
-    let phase = omega * sea.time_s;
-    let turn = Complex::new(libm::cos(phase), -libm::sin(phase));
-    let forth = h0(row, column, kx, kz) * turn;
-    let back = h0((n - row) % n, (n - column) % n, -kx, -kz) * turn;
-    forth + back.conj()
-}
-
-// Two independent standard normal numbers from one hash (Box and Muller 1958).
-fn gaussian_pair(key: u64) -> (f64, f64) {
-    let unit = |bits: u64| ((bits >> 11) as f64 + 0.5) / 9_007_199_254_740_992.0;
-    let radius = libm::sqrt(-2.0 * libm::log(unit(key)));
-    let angle = 2.0 * PI * unit(mix64(key ^ 0xA076_1D64_78BD_642F));
-    (radius * libm::cos(angle), radius * libm::sin(angle))
-}
-
-// Inverse transform without a factor, rows then columns. Our own few lines: the
-// library takes its twiddles from the platform's cos, whose last bits follow CPU
-// and libc, and picks other algorithms on other CPUs. It is the oracle of the test.
-fn inverse_2d(values: &mut [Complex<f64>], n: usize) {
-    let angle = 2.0 * PI / n as f64;
-    let turns: Vec<Complex<f64>> = (0..n / 2)
-        .map(|k| Complex::new(libm::cos(angle * k as f64), libm::sin(angle * k as f64)))
-        .collect();
-    for _ in 0..2 {
-        for row in values.chunks_exact_mut(n) {
-            inverse_1d(row, &turns);
-        }
-        transpose(values, n);
-    }
-}
-
-// Radix 2 (Cooley and Tukey 1965); the length is a power of two of at least 2.
-fn inverse_1d(row: &mut [Complex<f64>], turns: &[Complex<f64>]) {
-    let n = row.len();
-    let shift = usize::BITS - n.trailing_zeros();
-    for i in 0..n {
-        let j = i.reverse_bits() >> shift;
-        if i < j {
-            row.swap(i, j);
-        }
-    }
-    let mut half = 1;
-    while half < n {
-        let step = n / (2 * half);
-        for block in row.chunks_exact_mut(2 * half) {
-            let (low, high) = block.split_at_mut(half);
-            for k in 0..half {
-                let turned = high[k] * turns[k * step];
-                (low[k], high[k]) = (low[k] + turned, low[k] - turned);
+            let kx = Vec4::splat(signed(column, n) as f32 * step);
+            for v in 0..VECTORS {
+                let row = (b * LANES + 4 * v) as f32;
+                let kz = (Vec4::splat(row) + Vec4::new(0.0, 1.0, 2.0, 3.0)) * step;
+                let (to, from) = (column * VECTORS + v, (b * n + column) * VECTORS + v);
+                let (re, im) = (h.re[from], h.im[from]);
+                (input.re[to], input.im[to]) = match field {
+                    Field::Height => (re, im),
+                    Field::SlopeX => (-im * kx, re * kx),
+                    Field::SlopeZ => (-im * kz, re * kz),
+                    Field::SqueezeX => scaled(re, im, kx * kx * inverse_length(kx, kz)),
+                    Field::SqueezeZ => scaled(re, im, kz * kz * inverse_length(kx, kz)),
+                    Field::SqueezeXz => scaled(re, im, kx * kz * inverse_length(kx, kz)),
+                };
             }
         }
-        half *= 2;
     }
 }
 
-fn transpose(values: &mut [Complex<f64>], n: usize) {
-    for row in 0..n {
-        for column in row + 1..n {
-            values.swap(row * n + column, column * n + row);
-        }
-    }
-}
-
-#[cfg(test)]
-pub(super) mod tests {
-    use super::*;
-
-    pub(in crate::water) fn sea() -> TessendorfWater {
-        TessendorfWater {
-            height_m: 0.0,
-            grid: 128,
-            tile_m: 200.0,
-            wind_speed_mps: 10.0,
-            wind_direction_deg: 30.0,
-            amplitude: 1.0,
-            cutoff_m: 0.0,
-            seed: 5,
-            body_color: [0.0; 3],
-            ior: 1.333,
-            roughness: 0.0,
-            velocity_mps: [0.0; 2],
-            time_s: 3.0,
-        }
-    }
-
-    fn variance(values: &[f64]) -> f64 {
-        values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64
-    }
-
-    #[test]
-    fn the_field_is_real_and_has_no_mean() {
-        let field = height_field(&sea());
-        let mean = field.height.iter().sum::<f64>() / field.height.len() as f64;
-        assert!(
-            mean.abs() < 1e-12 * libm::sqrt(variance(&field.height)),
-            "{mean}"
+impl Waves {
+    fn new(sea: &TessendorfWater, n: usize) -> Self {
+        let phillips = Phillips::new(sea);
+        let step = 2.0 * PI / sea.tile_m;
+        let zeros = || vec![0.0_f32; n * n / 2];
+        let (mut even_c, mut even_s, mut odd_c, mut odd_s) = (zeros(), zeros(), zeros(), zeros());
+        let mut quarters = vec![0.0; n * n / 2];
+        let per_block = n * LANES;
+        let blocks = (
+            even_c.par_chunks_mut(per_block),
+            even_s.par_chunks_mut(per_block),
+            odd_c.par_chunks_mut(per_block),
+            odd_s.par_chunks_mut(per_block),
+            quarters.par_chunks_mut(per_block),
         );
-        assert!(
-            field
-                .height
-                .iter()
-                .chain(&field.slope_x)
-                .chain(&field.slope_z)
-                .all(|v| v.is_finite())
-        );
-    }
-
-    // Sum P dk^2 -> A pi Lw^2 / 2 over the plane: 163.22 for V = 10, A = 1; a
-    // tile of 200 m and 128 points holds 162.8 of it. Averaged over seeds.
-    #[test]
-    fn variance_is_that_of_the_spectrum_for_any_tile() {
-        let measured = |tile_m: f64| {
-            let seeds = 60;
-            let one = |seed| {
-                variance(
-                    &height_field(&TessendorfWater {
-                        grid: 64,
-                        tile_m,
-                        seed,
-                        ..sea()
-                    })
-                    .height,
-                )
-            };
-            (0..seeds).map(one).sum::<f64>() / seeds as f64
-        };
-        for tile_m in [200.0, 400.0] {
-            let v = measured(tile_m);
-            assert!((v / 163.0 - 1.0).abs() < 0.12, "{tile_m} m: {v}");
-        }
-    }
-
-    // Spectral slopes against sixth-order differences of a smooth field.
-    #[test]
-    fn slopes_are_the_derivatives_of_the_heights() {
-        let field = height_field(&TessendorfWater {
-            cutoff_m: 12.0,
-            ..sea()
+        // Waves do not depend on each other: the same for any number of threads.
+        blocks.into_par_iter().enumerate().for_each(|(b, block)| {
+            let (even_c, even_s, odd_c, odd_s, quarters) = block;
+            for i in 0..per_block {
+                let (row, column) = (b * LANES + i % LANES, i / LANES);
+                // The Nyquist waves have no partner of opposite direction, so their
+                // slopes would not be real; k = 0 is the mean height, which is 0.
+                if column == n / 2 || (row == 0 && column == 0) {
+                    continue;
+                }
+                let (kx, kz) = (signed(column, n) * step, row as f64 * step);
+                let [a_re, a_im] = phillips.amplitude(row, column, kx, kz);
+                let [b_re, b_im] = phillips.amplitude((n - row) % n, n - column, -kx, -kz);
+                (even_c[i], even_s[i]) = (a_re + b_re, a_im + b_im);
+                (odd_c[i], odd_s[i]) = (a_im - b_im, a_re - b_re);
+                let hz = frequency_hz(libm::sqrt(kx * kx + kz * kz));
+                let turns = sea.loop_s.map_or(hz, |loop_s| whole_turns(hz * loop_s));
+                quarters[i] = 4.0 * turns;
+            }
         });
-        let (n, d) = (field.n, field.tile_m / field.n as f64);
-        let at = |x: usize, z: usize| field.height[(z % n) * n + x % n];
-        let rms = libm::sqrt(variance(&field.slope_x) + variance(&field.slope_z));
-        for (x, z) in [(0, 0), (5, 77), (127, 127), (64, 3)] {
-            let stencil = |f: &dyn Fn(usize) -> f64| {
-                (45.0 * (f(1) - f(n - 1)) - 9.0 * (f(2) - f(n - 2)) + (f(3) - f(n - 3)))
-                    / (60.0 * d)
-            };
-            let dx = stencil(&|s| at(x + s, z));
-            let dz = stencil(&|s| at(x, z + s));
-            assert!(
-                (dx - field.slope_x[z * n + x]).abs() < 2e-4 * rms,
-                "{dx} {}",
-                field.slope_x[z * n + x]
-            );
-            assert!((dz - field.slope_z[z * n + x]).abs() < 2e-4 * rms);
+        Self {
+            even_c,
+            even_s,
+            odd_c,
+            odd_s,
+            quarters,
         }
     }
 
-    // w = sqrt(g k): a sea of one wave length comes back after its period. With
-    // waves of 10 m only, T = 2.53079 s.
-    #[test]
-    fn waves_keep_their_period() {
-        let omega = libm::sqrt(GRAVITY_MPS2 * 2.0 * PI / 10.0);
-        assert!((2.0 * PI / omega - 2.530_79).abs() < 1e-5);
-        let now = |time_s| {
-            let sea = TessendorfWater {
-                tile_m: 10.0,
-                grid: 16,
-                time_s,
-                ..sea()
-            };
-            let (kx, kz) = (2.0 * PI / 10.0, 0.0);
-            amplitude(&sea, 16, 0, 1, kx, kz)
-        };
-        let (start, later, half) = (now(0.0), now(2.0 * PI / omega), now(PI / omega));
-        assert!((start - later).norm() < 1e-9 * start.norm());
-        assert!((start + half).norm() < 1e-9 * start.norm());
-    }
-
-    #[test]
-    fn the_transform_is_the_library_s() {
-        for n in [2usize, 16, 64] {
-            let mut ours: Vec<Complex<f64>> = (0..n * n)
-                .map(|i| {
-                    let (re, im) = gaussian_pair(mix64(i as u64));
-                    Complex::new(re, im)
-                })
-                .collect();
-            let mut theirs = ours.clone();
-            inverse_2d(&mut ours, n);
-            let fft = rustfft::FftPlanner::new().plan_fft_inverse(n);
-            for _ in 0..2 {
-                fft.process(&mut theirs);
-                transpose(&mut theirs, n);
+    // Every wave at a time, in seconds or loops. Loops over plain slices become
+    // vector code; sine and cosine together would not.
+    fn at(&self, time: f64, re: &mut [f32], im: &mut [f32]) {
+        const PART: usize = 64;
+        let (mut angle, mut quadrant) = ([0.0_f32; PART], [0_u32; PART]);
+        for (part, (re, im)) in re.chunks_mut(PART).zip(im.chunks_mut(PART)).enumerate() {
+            let len = re.len();
+            let here = part * PART..part * PART + len;
+            for (i, quarters) in self.quarters[here.clone()].iter().enumerate() {
+                (angle[i], quadrant[i]) = reduce_quarters(quarters * time);
             }
-            let worst = ours
-                .iter()
-                .zip(&theirs)
-                .map(|(a, b)| (a - b).norm())
-                .fold(0.0, f64::max);
-            assert!(worst < 1e-12 * (n * n) as f64, "{n}: {worst}");
+            let (even_c, even_s) = (&self.even_c[here.clone()], &self.even_s[here.clone()]);
+            let (odd_c, odd_s) = (&self.odd_c[here.clone()], &self.odd_s[here]);
+            let im = &mut im[..len];
+            for i in 0..len {
+                let (sin, cos) = sin_cos_reduced(angle[i], quadrant[i]);
+                re[i] = even_c[i] * cos + even_s[i] * sin;
+                im[i] = odd_c[i] * cos - odd_s[i] * sin;
+            }
         }
     }
+}
 
-    // Of the two waves of a pair the wind drives the one that runs with it: after
-    // a time dt its crest has moved by +c dt downwind.
-    #[test]
-    fn waves_run_with_the_wind() {
-        let at = |time_s| {
-            let sea = TessendorfWater {
-                wind_direction_deg: 90.0,
-                amplitude: 0.01,
-                cutoff_m: 3.0,
-                time_s,
-                ..sea()
-            };
-            height_field(&sea)
-        };
-        let (now, later) = (at(10.0), at(10.2));
-        // Where the surface rises, the wave that brings the crest comes from upwind:
-        // dh/dt = -c dh/dx on average, so the sum of dh/dt * dh/dx is negative.
-        let rising = now.height.iter().zip(&later.height).map(|(a, b)| b - a);
-        let sum: f64 = rising.zip(&now.slope_x).map(|(dh, slope)| dh * slope).sum();
-        let size =
-            libm::sqrt(variance(&now.height) * variance(&now.slope_x)) * now.height.len() as f64;
-        assert!(sum < -0.02 * size, "{sum} of {size}");
-    }
+/// Turns per second of a deep-water wave of wave number `k` in radians per metre.
+pub(super) fn frequency_hz(k: f64) -> f64 {
+    libm::sqrt(GRAVITY_MPS2 * k) / (2.0 * PI)
+}
 
-    #[test]
-    fn the_wind_drives_most_of_the_energy() {
-        let sea = sea();
-        let azimuth = sea.wind_direction_deg.to_radians();
-        let (x, z) = (libm::sin(azimuth) * 0.3, -libm::cos(azimuth) * 0.3);
-        assert!((phillips(&sea, -x, -z) / phillips(&sea, x, z) - UPWIND).abs() < 1e-9);
-        assert!(phillips(&sea, -z, x) < 1e-20, "across the wind");
-        assert_eq!(phillips(&sea, 0.0, 0.0), 0.0);
+/// The nearest number of turns that closes a loop; no wave stands still.
+pub(super) fn whole_turns(turns: f64) -> f64 {
+    libm::round(turns).max(1.0)
+}
+
+#[inline]
+fn signed(i: usize, n: usize) -> f64 {
+    if i < n / 2 {
+        i as f64
+    } else {
+        i as f64 - n as f64
     }
+}
+
+#[inline]
+fn scaled(re: Vec4, im: Vec4, weight: Vec4) -> (Vec4, Vec4) {
+    (re * weight, im * weight)
+}
+
+// 1/k; something finite for the mean, whose wave is 0.
+#[inline]
+fn inverse_length(kx: Vec4, kz: Vec4) -> Vec4 {
+    let k2 = (kx * kx + kz * kz).max(Vec4::splat(f32::MIN_POSITIVE));
+    Vec4::ONE / Vec4::from_array(k2.to_array().map(f32::sqrt))
 }

@@ -49,6 +49,7 @@ fn textured(material: &str, texel: usize) -> Scene {
         samples: 2,
         seed: 7,
         frames: 1,
+        first_frame: 0,
     };
     let description = parse(json.as_bytes()).expect("a valid scene");
     Scene::build(&description, &assets, &settings, 0, BuildOptions::default())

@@ -14,6 +14,7 @@
 //! | [`sin`], [`cos`], [`sin_cos`] | 0.51 | below 1000; absolute 6e-8 below 1e6, 3e-7 below 1e9 |
 //! | [`sin_cos_quarter`] | 1.5 | below pi/4 |
 //! | [`sin_cos_turns`] | absolute 3e-11, in f64 | below 2^40 turns |
+//! | [`reduce_quarters`], then [`sin_cos_reduced`] | 1.5 + the f32 angle's | below 2^50 quarter turns |
 //! | [`exp`], [`expm1`] | 0.51 | all |
 //! | [`ln`], [`log1p`] | 0.51 | all |
 //! | [`powf`] | 0.52 | `x >= 0` |
@@ -28,4 +29,6 @@ mod trig;
 
 pub use exponential::{exp, expm1, ln, log1p, powf};
 pub use inverse_trig::{acos, asin, atan2};
-pub use trig::{cos, sin, sin_cos, sin_cos_quarter, sin_cos_turns};
+pub use trig::{
+    cos, reduce_quarters, sin, sin_cos, sin_cos_quarter, sin_cos_reduced, sin_cos_turns,
+};

@@ -50,6 +50,37 @@ pub fn sin_cos_quarter(x: f32) -> (f32, f32) {
     (sin, cos)
 }
 
+/// An angle of `quarters` quarter turns (1 is 90 degrees), below 2^50, as what
+/// [`sin_cos_reduced`] takes: radians within pi/4, and the quadrant. In f64 and
+/// exact but for the last step, so that thousands of turns keep their digits.
+#[inline]
+#[must_use]
+pub fn reduce_quarters(quarters: f64) -> (f32, u32) {
+    let shifted = quarters + ROUND_SHIFT;
+    let rest = (quarters - (shifted - ROUND_SHIFT)) as f32;
+    (
+        rest * core::f32::consts::FRAC_PI_2,
+        shifted.to_bits() as u32,
+    )
+}
+
+/// Sine and cosine of what [`reduce_quarters`] left: as [`sin_cos_quarter`], then
+/// the quadrant by bits, so that loops of it become vector code.
+#[inline]
+#[must_use]
+pub fn sin_cos_reduced(angle: f32, quadrant: u32) -> (f32, f32) {
+    let (sin, cos) = sin_cos_quarter(angle);
+    let (sin, cos) = (sin.to_bits(), cos.to_bits());
+    // All ones where sine and cosine change places.
+    let swapped = (sin ^ cos) & 0_u32.wrapping_sub(quadrant & 1);
+    let sin_sign = (quadrant & 2) << 30;
+    let cos_sign = (quadrant.wrapping_add(1) & 2) << 30;
+    (
+        f32::from_bits(sin ^ swapped ^ sin_sign),
+        f32::from_bits(cos ^ swapped ^ cos_sign),
+    )
+}
+
 /// Sine and cosine of `x` radians. `(0, 1)` beyond `2^30`, NaN for NaN and
 /// infinities.
 ///
