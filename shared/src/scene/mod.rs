@@ -30,7 +30,7 @@ pub use material::{GgxMaterial, GgxModel, LambertMaterial, Material, PhongMateri
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
-pub use sky::{ConstantSky, DomeSky, MapSky, Sky, Sun};
+pub use sky::{AtmosphereSky, ConstantSky, DomeSky, MapSky, Sky, Sun};
 pub use water::{TessendorfWater, Water};
 
 use schemars::JsonSchema;

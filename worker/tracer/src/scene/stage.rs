@@ -3,11 +3,11 @@
 use super::clouds::build_clouds;
 use super::material::{Textures, needs_schlick};
 use super::meshes::{BuiltMesh, Materials, build_meshes};
-use super::sky::build_sky;
+use super::sky::{build_sky, build_sun};
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, TriMesh};
-use crate::light::{SkyLight, SunLight};
+use crate::light::SkyLight;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::{self, SceneDescription, SceneError};
@@ -81,7 +81,7 @@ impl Stage {
             sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),
             faint: sky.as_ref().map_or(0.0, SkyLight::mean) * FAINT_SHARE,
             sky,
-            sun: description.sun.as_ref().and_then(SunLight::new),
+            sun: build_sun(description)?,
             water: build_water(description, &tables)?,
             tables,
             shading,
