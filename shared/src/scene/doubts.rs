@@ -11,7 +11,7 @@ impl SceneDescription {
         let sun = self
             .sun
             .as_ref()
-            .is_some_and(|sun| sun.radiance != [0.0; 3]);
+            .is_some_and(|sun| sun.radiance.is_some_and(|radiance| radiance != [0.0; 3]));
         if !sun && !self.sky.as_ref().is_some_and(shines) {
             doubts.push("sky, sun: nothing gives light, so the picture will be black".to_owned());
         }
@@ -33,6 +33,7 @@ fn shines(sky: &Sky) -> bool {
         Sky::Constant(sky) => sky.radiance != [0.0; 3],
         Sky::Map(map) => map.intensity > 0.0,
         Sky::Dome(dome) => dome.intensity > 0.0,
+        Sky::Atmosphere(sky) => sky.intensity > 0.0,
     }
 }
 

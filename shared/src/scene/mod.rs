@@ -33,7 +33,7 @@ pub use material::{
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
-pub use sky::{ConstantSky, DomeSky, MapSky, Sky, Sun};
+pub use sky::{AtmosphereSky, ConstantSky, DomeSky, MapSky, Sky, Sun};
 pub use water::{TessendorfWater, Water, WaterLook, Whitecaps};
 
 use schemars::JsonSchema;

@@ -465,6 +465,30 @@ fn values_out_of_range_are_named() {
             "the name of a file",
         ),
         (
+            "/sky",
+            json!({"type": "atmosphere", "turbidity": 0.5}),
+            "sky.turbidity",
+            "0.5: expected 1 to 10",
+        ),
+        (
+            "/sky",
+            json!({"type": "atmosphere", "ground_albedo": 2}),
+            "sky.ground_albedo",
+            "2: expected 0 to 1",
+        ),
+        (
+            "/sky",
+            json!({"type": "atmosphere", "intensity": -1}),
+            "sky.intensity",
+            "-1: expected 0 to",
+        ),
+        (
+            "/sun/radiance",
+            json!(null),
+            "sun.radiance",
+            "missing: expected linear RGB",
+        ),
+        (
             "/sun/elevation_deg",
             json!(91),
             "sun.elevation_deg",
@@ -688,6 +712,16 @@ fn values_out_of_range_are_named() {
     ] {
         fails(&with(pointer, value), path, message);
     }
+}
+
+#[test]
+fn an_atmosphere_has_its_own_sun_but_needs_its_place() {
+    let mut scene = full();
+    scene["sky"] = json!({"type": "atmosphere"});
+    scene["sun"] = json!({"azimuth_deg": 0, "elevation_deg": -3});
+    assert!(crate::scene::parse(scene.to_string().as_bytes()).is_ok());
+    scene["sun"] = json!(null);
+    fails(&scene.to_string(), "sky", "expected `sun`");
 }
 
 #[test]

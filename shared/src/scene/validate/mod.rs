@@ -32,6 +32,12 @@ pub(super) fn validate(scene: &SceneDescription) -> Result<(), SceneError> {
     if let Some(sun_described) = &scene.sun {
         sky::sun(&root.field("sun"), sun_described)?;
     }
+    sky::sun_for_sky(
+        &root.field("sky"),
+        scene.sky.as_ref(),
+        &root.field("sun"),
+        scene.sun.as_ref(),
+    )?;
     if let Some(water_described) = &scene.water {
         water::water(&root.field("water"), water_described)?;
     }

@@ -1,6 +1,8 @@
-//! Lights: the sky, at infinity or as a finite dome, and the sun.
+//! Lights: the sky, at infinity or as a finite dome, given or computed, and the
+//! sun.
 
 mod alias;
+pub mod atmosphere;
 mod cells;
 mod dome;
 mod map;

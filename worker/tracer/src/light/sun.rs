@@ -20,9 +20,15 @@ pub struct SunLight {
 }
 
 impl SunLight {
-    /// From its description; `None` when it gives no light.
+    /// From its description, with its own radiance; `None` when it gives no light.
     #[must_use]
     pub fn new(sun: &Sun) -> Option<Self> {
+        Self::with_radiance(sun, Vec3::from_array(sun.radiance?))
+    }
+
+    /// The same with another radiance.
+    #[must_use]
+    pub fn with_radiance(sun: &Sun, radiance: Vec3) -> Option<Self> {
         let azimuth = sun.azimuth_deg.to_radians();
         let elevation = sun.elevation_deg.to_radians();
         let direction = Vec3::new(
@@ -30,7 +36,6 @@ impl SunLight {
             libm::sin(elevation) as f32,
             (-libm::cos(elevation) * libm::cos(azimuth)) as f32,
         );
-        let radiance = Vec3::from_array(sun.radiance);
         if radiance.max_element() <= 0.0 {
             return None;
         }
@@ -82,7 +87,7 @@ mod tests {
     use super::*;
 
     fn sun(elevation_deg: f64, angular_radius_deg: f64) -> SunLight {
-        let radiance = [1e6; 3];
+        let radiance = Some([1e6; 3]);
         SunLight::new(&Sun {
             azimuth_deg: 30.0,
             elevation_deg,

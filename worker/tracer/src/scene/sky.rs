@@ -1,7 +1,7 @@
-//! The sky of a scene.
+//! The sky and the sun of a scene.
 
 use super::stage::{Assets, BuildReport};
-use crate::light::{SkyDome, SkyLight, SkyMap, SkySampling};
+use crate::light::{SkyDome, SkyLight, SkyMap, SkySampling, SunLight, atmosphere};
 use crate::load::load_sky;
 use glam::{DVec3, Vec3};
 use shearwater_shared::film::SAMPLE_MAX;
@@ -28,7 +28,52 @@ pub(super) fn build_sky(
             let dome = SkyDome::new(Arc::new(map), centre, sky.radius_m as f32);
             Some(SkyLight::Dome(dome))
         }
+        Some(Sky::Atmosphere(sky)) => {
+            let sun = description.sun.as_ref().ok_or_else(|| no_sun("sky"))?;
+            let rgb = atmosphere::sky_map(sky, sun);
+            for value in rgb.iter().flatten() {
+                check_radiance(*value, "sky.intensity", "the sky's radiance")?;
+            }
+            let (width, height) = (atmosphere::WIDTH, atmosphere::HEIGHT);
+            let map = SkyMap::new(width, height, rgb, 0.0, SkySampling::WhereItPays);
+            Some(SkyLight::Map(Arc::new(map)))
+        }
     })
+}
+
+/// The sun's light: its own, or that of the real sun through the atmosphere.
+pub(super) fn build_sun(description: &SceneDescription) -> Result<Option<SunLight>, SceneError> {
+    let Some(sun) = &description.sun else {
+        return Ok(None);
+    };
+    match &description.sky {
+        Some(Sky::Atmosphere(sky)) if sun.radiance.is_none() => {
+            let radiance = atmosphere::sun_radiance(sky, sun);
+            for value in radiance {
+                check_radiance(
+                    value,
+                    "sun.angular_radius_deg",
+                    "the radiance of so small a sun",
+                )?;
+            }
+            Ok(SunLight::with_radiance(sun, Vec3::from_array(radiance)))
+        }
+        _ if sun.radiance.is_none() => Err(no_sun("sun.radiance")),
+        _ => Ok(SunLight::new(sun)),
+    }
+}
+
+fn no_sun(path: &str) -> SceneError {
+    let message = "an atmosphere and the sun's place belong together";
+    SceneError::new("scene.json", path, message)
+}
+
+fn check_radiance(value: f32, path: &str, what: &str) -> Result<(), SceneError> {
+    if (0.0..=SAMPLE_MAX).contains(&value) {
+        return Ok(());
+    }
+    let message = format!("{value:e} would be {what}: at most {SAMPLE_MAX:e}");
+    Err(SceneError::new("scene.json", path, message))
 }
 
 // A picture of radiance, `intensity` times as bright.

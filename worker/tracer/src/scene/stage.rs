@@ -5,11 +5,11 @@ use super::material::{Textures, add_needs};
 use super::meshes::{BuiltMesh, Materials, build_meshes};
 use super::motion::anchor;
 use super::placed::Standing;
-use super::sky::build_sky;
+use super::sky::{build_sky, build_sun};
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
-use crate::light::{SkyLight, SunLight};
+use crate::light::SkyLight;
 use crate::water::SeaStage;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
@@ -88,7 +88,7 @@ impl Stage {
             sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),
             faint: sky.as_ref().map_or(0.0, SkyLight::mean) * FAINT_SHARE,
             sky,
-            sun: description.sun.as_ref().and_then(SunLight::new),
+            sun: build_sun(description)?,
             water: build_water(description, &tables)?,
             tables,
             shading,
