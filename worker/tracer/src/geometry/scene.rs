@@ -11,6 +11,21 @@ use super::placement::Placement;
 use super::ray::{Hit, Occlusion, Ray};
 use super::simd::{self, Path};
 use super::sprites::{FacingSprites, Sprites};
+use crate::uses::{MOTION, NOTHING, PARTICLES};
+
+/// Calls the copy of a query that what the scene uses needs. Media are none of the
+/// geometry's business: sets that differ only there share a copy.
+macro_rules! copies {
+    ($query:path, $uses:ident, $args:tt) => {{
+        use $query as query;
+        match $uses & (PARTICLES | MOTION) {
+            PARTICLES => query::<PARTICLES> $args,
+            MOTION => query::<MOTION> $args,
+            NOTHING => query::<NOTHING> $args,
+            _ => query::<{ PARTICLES | MOTION }> $args,
+        }
+    }};
+}
 
 /// Meshes, where they stand, particles and water.
 pub struct Geometry {
@@ -107,7 +122,7 @@ impl Geometry {
     /// finite hits nothing.
     #[inline]
     pub fn intersect<const USES: u8>(&self, ray: &Ray, key: u64) -> Option<Hit> {
-        simd::intersect::<USES>(self, ray, key)
+        copies!(simd::intersect, USES, (self, ray, key))
     }
 
     /// How much stands at `0 < t < ray.t_max`: triangles and water block, each
@@ -115,21 +130,21 @@ impl Geometry {
     /// [`PARTICLES`](crate::uses::PARTICLES) in `USES` they are ignored. A ray that is not finite is clear.
     #[inline]
     pub fn transmittance_depth<const USES: u8>(&self, ray: &Ray) -> Occlusion {
-        simd::transmittance::<USES>(self, ray)
+        copies!(simd::transmittance, USES, (self, ray))
     }
 
     /// Eight times `intersect`, bit for bit; faster if the rays go much the same way
     /// (neighbouring camera rays), little slower if not.
     #[inline]
     pub fn intersect8<const USES: u8>(&self, rays: &[Ray; 8], keys: &[u64; 8]) -> [Option<Hit>; 8] {
-        simd::intersect8::<USES>(self, rays, keys)
+        copies!(simd::intersect8, USES, (self, rays, keys))
     }
 
     /// Eight times `transmittance_depth`, bit for bit; faster if the rays go much the
     /// same way (neighbouring rays to the sun).
     #[inline]
     pub fn transmittance_depth8<const USES: u8>(&self, rays: &[Ray; 8]) -> [Occlusion; 8] {
-        simd::transmittance8::<USES>(self, rays)
+        copies!(simd::transmittance8, USES, (self, rays))
     }
 
     /// Distance to the water plane, if the ray goes there.
