@@ -6,7 +6,6 @@
 #![allow(clippy::print_stdout, reason = "its output is the product")]
 
 #[path = "../tests/bsdf_support/mod.rs"]
-#[allow(unreachable_pub, dead_code, reason = "shared with the tests")]
 mod support;
 
 use glam::Vec3;
