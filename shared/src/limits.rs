@@ -80,3 +80,15 @@ pub const BLOOM_PASSES_MAX: u32 = 3;
 /// Largest bloom strength. One already doubles the light above the threshold; the
 /// rest is room for effects, short of overflow.
 pub const BLOOM_STRENGTH_MAX: f32 = 100.0;
+/// Most volumes of one scene: every ray asks each of them.
+pub const VOLUMES_MAX: usize = 64;
+/// Most voxels of all volumes of a scene: 512 MiB as f32.
+pub const VOXELS_MAX: usize = 1 << 27;
+/// Most voxels along one side of an ellipsoid of noise: 2^24 in all take some
+/// seconds to compute.
+pub const VOLUME_RESOLUTION_MAX: u32 = 256;
+/// Thickest volume in mean free paths: tracking takes about one step for each. The
+/// thickest cloud is some hundreds; nothing looks different beyond.
+pub const OPTICAL_THICKNESS_MAX: f64 = 1e5;
+/// Most steps of a march across one volume.
+pub const MARCH_STEPS_MAX: u32 = 100_000;

@@ -1,5 +1,6 @@
 //! Clouds.
 
+use super::VolumeCloud;
 use super::tagged::tagged_enum;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -12,9 +13,11 @@ pub enum Cloud {
     Particles(ParticleCloud),
     /// Soft discs that face the camera.
     Sprites(SpriteCloud),
+    /// A density that scatters light.
+    Volume(VolumeCloud),
 }
 
-tagged_enum!(Cloud { "particles" => Particles, "sprites" => Sprites });
+tagged_enum!(Cloud { "particles" => Particles, "sprites" => Sprites, "volume" => Volume });
 
 impl Cloud {
     /// Where the parts of the cloud are, if it has parts.
@@ -23,6 +26,7 @@ impl Cloud {
         match self {
             Self::Particles(cloud) => Some(&cloud.formation),
             Self::Sprites(cloud) => Some(&cloud.formation),
+            Self::Volume(_) => None,
         }
     }
 }

@@ -21,6 +21,7 @@ mod tagged;
 #[cfg(test)]
 mod test_scene;
 mod validate;
+mod volume;
 mod water;
 
 pub use animation::{Animation, CameraKey, InstanceKey, Spin};
@@ -34,6 +35,10 @@ pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
 pub use sky::{AtmosphereSky, ConstantSky, DomeSky, MapSky, Sky, Sun};
+pub use volume::{
+    EllipsoidVolume, GridVolume, March, Tracking, VolumeCloud, VolumeMethod, VolumeNoise,
+    VolumeShape,
+};
 pub use water::{TessendorfWater, Water, WaterLook, Whitecaps};
 
 use schemars::JsonSchema;
@@ -143,6 +148,21 @@ impl SceneDescription {
             Some(Formation::Image(image)) => Some(image.file.clone()),
             _ => None,
         }));
+        files.extend(self.volumes().filter_map(|(_, cloud)| match &cloud.shape {
+            VolumeShape::Grid(grid) => Some(grid.file.clone()),
+            VolumeShape::Ellipsoid(_) => None,
+        }));
         files
+    }
+
+    /// The clouds that are volumes, with their places in `clouds`.
+    pub fn volumes(&self) -> impl Iterator<Item = (usize, &VolumeCloud)> {
+        self.clouds
+            .iter()
+            .enumerate()
+            .filter_map(|(i, cloud)| match cloud {
+                Cloud::Volume(volume) => Some((i, volume)),
+                _ => None,
+            })
     }
 }

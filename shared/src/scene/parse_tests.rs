@@ -17,6 +17,7 @@ fn the_full_scene_is_read() {
     assert_eq!(
         files,
         [
+            "cloud.vol",
             "clouds/cumulus.png",
             "models/plane.obj",
             "sky.exr",

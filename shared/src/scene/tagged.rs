@@ -69,7 +69,8 @@ pub(super) fn split_error(path: &str, message: &str) -> (String, String) {
         (outer, inner) if inner.starts_with('[') => format!("{outer}{inner}"),
         (outer, inner) => format!("{outer}.{inner}"),
     };
-    (joined, message.to_owned())
+    // A tagged object inside a tagged object.
+    split_error(&joined, message)
 }
 
 /// For `#[serde(deserialize_with)]`: a map whose keys are all different.

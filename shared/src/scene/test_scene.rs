@@ -35,7 +35,13 @@ pub(super) fn full() -> Value {
         "clouds": [{"type": "particles", "formation": {"type": "radial", "centre_m": [0, 0, 0],
             "radii_m": [1, 1, 1], "direction": [0, 0, 1], "length_m": 5}, "count": 10, "particle_radius_m": [0.1, 0.2], "opacity": [0.1, 0.9]},
             {"type": "sprites", "formation": {"type": "image", "file": "clouds/cumulus.png", "centre_m": [0, 9, 0], "width_m": 20,
-            "height_m": 8, "depth_m": 3, "rotate_deg": [0, 30, 0]}, "count": 20, "sprite_radius_m": [0.5, 1], "opacity": [0.1, 0.4], "softness": 0.5}],
+            "height_m": 8, "depth_m": 3, "rotate_deg": [0, 30, 0]}, "count": 20, "sprite_radius_m": [0.5, 1], "opacity": [0.1, 0.4], "softness": 0.5},
+            {"type": "volume", "shape": {"type": "ellipsoid", "centre_m": [0, 9, 0], "radii_m": [3, 2, 1],
+                "edge": 0.4, "resolution": 32, "noise": {"scale_m": 2, "amplitude": 0.9, "coverage": 0.4,
+                    "octaves": 4, "lacunarity": 2.1, "gain": 0.6, "seed": 5}}, "sigma_t_per_m": 0.5,
+                "albedo": [1, 0.9, 0.8], "g": -0.3, "method": {"type": "march", "step_m": 0.1}},
+            {"shape": {"size_m": [1, 2, 3], "type": "grid", "centre_m": [0, 9, 0], "rotate_y_deg": 20,
+                "file": "cloud.vol"}, "sigma_t_per_m": 0.5, "type": "volume", "method": {"type": "tracking"}}],
         "post": {"exposure_ev": 1, "bloom": {"strength": 0.2, "radius": 0.05}, "view": "standard"}
     })
 }

@@ -17,6 +17,7 @@ const ASYMMETRY: Range = Range::Closed(-0.99, 0.99);
 pub(super) fn clouds(at: &At<'_>, clouds: &[Cloud]) -> Result<(), SceneError> {
     let most = limits::PARTICLES_MAX as u64;
     let mut parts = 0_u64;
+    let mut volumes = 0_usize;
     for (i, described) in clouds.iter().enumerate() {
         let at = at.index(i);
         match described {
@@ -28,11 +29,19 @@ pub(super) fn clouds(at: &At<'_>, clouds: &[Cloud]) -> Result<(), SceneError> {
                 sprite_cloud(&at, cloud)?;
                 parts += u64::from(cloud.count);
             }
+            Cloud::Volume(cloud) => {
+                super::volume::volume_cloud(&at, cloud)?;
+                volumes += 1;
+            }
         }
         if parts > most {
             return Err(at.field("count").error(format!(
                 "{parts} particles and sprites in all clouds so far: expected at most {most}"
             )));
+        }
+        if volumes > limits::VOLUMES_MAX {
+            let most = limits::VOLUMES_MAX;
+            return Err(at.error(format!("{volumes} volumes: expected at most {most}")));
         }
     }
     Ok(())

@@ -8,6 +8,7 @@ mod meshes;
 mod parents;
 mod post;
 mod sky;
+mod volume;
 mod water;
 
 use super::at::At;

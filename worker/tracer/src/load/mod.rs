@@ -7,6 +7,7 @@
 
 mod cloud_image;
 mod exr_file;
+mod grid;
 mod image_file;
 mod materials;
 mod mtl;
@@ -20,6 +21,7 @@ mod triangulate;
 mod vertices;
 
 pub use cloud_image::{CloudImage, load_cloud_image};
+pub use grid::load_grid;
 pub use materials::resolve_materials;
 pub use mtl::{MtlMap, MtlMaterial};
 pub use notes::LoadNotes;

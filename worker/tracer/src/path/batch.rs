@@ -3,12 +3,13 @@
 
 use super::direct::{ShadowRay, sample_sky, sample_sun};
 use super::escape::{Choice, escaped_radiance, ray_under_sky};
-use super::interaction::interaction;
+use super::flight::{Met, Purpose, collide, passed_by_volumes, volume_key};
 use super::vertex::Vertex;
 use crate::geometry::{Hit, Occlusion, Ray};
 use crate::math::elementary::exp;
 use crate::sampler::SampleStream;
 use crate::scene::Scene;
+use crate::uses;
 use glam::Vec3;
 use shearwater_shared::film::FEATURE_CHANNELS;
 use shearwater_shared::limits::PATH_DEPTH_MAX;
@@ -30,7 +31,7 @@ pub(crate) struct PathResult {
     pub(crate) radiance: Vec3,
     /// Features of the first hit, as in [`shearwater_shared::film::TileSums`].
     pub(crate) features: [f32; FEATURE_CHANNELS],
-    /// The path ended at the safety cap on its depth.
+    /// The path ended at the safety cap on its depth, or on steps through volumes.
     pub(crate) depth_capped: bool,
 }
 
@@ -74,7 +75,8 @@ pub(crate) fn trace_batch<const USES: u8>(
                 first_vertex::<USES>(scene, &mut paths[lane], hits[lane], &mut results[lane]);
         }
     }
-    sun_packet::<USES>(scene, &sun_rays, results);
+    let sun_keys = std::array::from_fn(|i| volume_key::<USES>(&paths[i].stream, 0, Purpose::ToSun));
+    sun_packet::<USES>(scene, &sun_rays, &sun_keys, results);
     for (path, result) in paths.iter_mut().zip(results) {
         finish::<USES>(scene, path, result);
     }
@@ -119,18 +121,33 @@ fn first_vertex<const USES: u8>(
     hit: Option<Hit>,
     result: &mut PathResult,
 ) -> Option<ShadowRay> {
-    let Some(hit) = hit else {
+    let key = volume_key::<USES>(&path.stream, 0, Purpose::Flight);
+    let limit = hit.map_or(path.ray.t_max, |hit| hit.t);
+    let Ok(collision) = collide::<USES>(scene, &path.ray, limit, key) else {
+        result.depth_capped = true;
+        path.alive = false;
+        return None;
+    };
+    let Some(met) = Met::nearer(hit, collision) else {
         result.radiance = escaped_radiance(scene, &path.ray, path.choice);
         path.alive = false;
         return None;
     };
-    let at = interact(scene, path, &hit);
+    let at = interact(scene, path, &met);
     let (albedo, normal) = (at.albedo(), at.frame.normal);
     result.features = [
-        albedo.x, albedo.y, albedo.z, normal.x, normal.y, normal.z, hit.t, 1.0,
+        albedo.x,
+        albedo.y,
+        albedo.z,
+        normal.x,
+        normal.y,
+        normal.z,
+        met.t(),
+        1.0,
     ];
     let (sun, sky) = light_rays::<USES>(scene, path, &at, 0);
-    add_if_seen::<USES>(scene, sky, result);
+    let sky_key = volume_key::<USES>(&path.stream, 0, Purpose::ToSky);
+    add_if_seen::<USES>(scene, sky, sky_key, result);
     scatter::<USES>(scene, path, &at, 0);
     sun
 }
@@ -139,6 +156,7 @@ fn first_vertex<const USES: u8>(
 fn sun_packet<const USES: u8>(
     scene: &Scene,
     sun_rays: &[Option<ShadowRay>; LANES],
+    keys: &[u64; LANES],
     results: &mut [PathResult; LANES],
 ) {
     // A packet pays from two rays on; the empty lanes repeat a ray.
@@ -146,8 +164,8 @@ fn sun_packet<const USES: u8>(
         return;
     };
     if sun_rays.iter().flatten().count() == 1 {
-        for (ray, result) in sun_rays.iter().zip(results) {
-            add_if_seen::<USES>(scene, *ray, result);
+        for ((ray, key), result) in sun_rays.iter().zip(keys).zip(results) {
+            add_if_seen::<USES>(scene, *ray, *key, result);
         }
         return;
     }
@@ -159,7 +177,7 @@ fn sun_packet<const USES: u8>(
     let seen = scene.geometry.transmittance_depth8::<USES>(&rays);
     for lane in 0..LANES {
         if let Some(shadow) = &sun_rays[lane] {
-            results[lane].radiance += shadow.contribution * transmittance(seen[lane]);
+            add::<USES>(scene, shadow, seen[lane], keys[lane], &mut results[lane]);
         }
     }
 }
@@ -168,8 +186,20 @@ fn sun_packet<const USES: u8>(
 fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResult) {
     let mut depth = 1;
     while path.alive {
+        // Volumes first: what is behind a collision need not be looked for.
+        let volume_key = |purpose| volume_key::<USES>(&path.stream, depth, purpose);
+        let flight_key = volume_key(Purpose::Flight);
+        let keys = [Purpose::ToSun, Purpose::ToSky].map(volume_key);
+        let Ok(collision) = collide::<USES>(scene, &path.ray, path.ray.t_max, flight_key) else {
+            result.depth_capped = true;
+            return;
+        };
+        if let Some(collision) = &collision {
+            path.ray.t_max = collision.t;
+        }
         let key = path.stream.segment_key(depth);
-        let Some(hit) = scene.geometry.intersect::<USES>(&path.ray, key) else {
+        let hit = scene.geometry.intersect::<USES>(&path.ray, key);
+        let Some(met) = Met::nearer(hit, collision) else {
             result.radiance += path.throughput * escaped_radiance(scene, &path.ray, path.choice);
             return;
         };
@@ -177,19 +207,19 @@ fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResul
             result.depth_capped = true;
             return;
         }
-        let at = interact(scene, path, &hit);
+        let at = interact(scene, path, &met);
         let (sun, sky) = light_rays::<USES>(scene, path, &at, depth);
-        add_if_seen::<USES>(scene, sun, result);
-        add_if_seen::<USES>(scene, sky, result);
+        add_if_seen::<USES>(scene, sun, keys[0], result);
+        add_if_seen::<USES>(scene, sky, keys[1], result);
         scatter::<USES>(scene, path, &at, depth);
         depth += 1;
     }
 }
 
 #[inline]
-fn interact(scene: &Scene, path: &mut Path, hit: &Hit) -> Vertex {
-    path.cone_m += path.cone_rad * hit.t;
-    interaction(scene, &path.ray, hit, path.cone_m)
+fn interact(scene: &Scene, path: &mut Path, met: &Met) -> Vertex {
+    path.cone_m += path.cone_rad * met.t();
+    met.vertex(scene, &path.ray, path.cone_m)
 }
 
 #[inline]
@@ -248,10 +278,33 @@ fn worth_tracing(
 }
 
 #[inline]
-fn add_if_seen<const USES: u8>(scene: &Scene, shadow: Option<ShadowRay>, result: &mut PathResult) {
+fn add_if_seen<const USES: u8>(
+    scene: &Scene,
+    shadow: Option<ShadowRay>,
+    volume_key: u64,
+    result: &mut PathResult,
+) {
     if let Some(shadow) = shadow {
         let occlusion = scene.geometry.transmittance_depth::<USES>(&shadow.ray);
-        result.radiance += shadow.contribution * transmittance(occlusion);
+        add::<USES>(scene, &shadow, occlusion, volume_key, result);
+    }
+}
+
+#[inline]
+fn add<const USES: u8>(
+    scene: &Scene,
+    shadow: &ShadowRay,
+    occlusion: Occlusion,
+    volume_key: u64,
+    result: &mut PathResult,
+) {
+    let passed = transmittance(occlusion);
+    if USES & uses::MEDIA == 0 {
+        result.radiance += shadow.contribution * passed;
+    } else if passed > 0.0 {
+        let capped = &mut result.depth_capped;
+        let volumes = passed_by_volumes::<USES>(scene, &shadow.ray, volume_key, capped);
+        result.radiance += shadow.contribution * (passed * volumes);
     }
 }
 

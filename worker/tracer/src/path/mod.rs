@@ -3,6 +3,7 @@
 mod batch;
 mod direct;
 mod escape;
+mod flight;
 mod interaction;
 mod vertex;
 

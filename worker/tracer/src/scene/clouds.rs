@@ -54,6 +54,8 @@ pub(super) fn build_clouds(
         let (albedo, g) = match cloud {
             Cloud::Particles(cloud) => (cloud.albedo, 0.0),
             Cloud::Sprites(cloud) => (cloud.albedo, cloud.g as f32),
+            // Built apart: it has no parts.
+            Cloud::Volume(cloud) => (cloud.albedo, cloud.g),
         };
         shading.albedo.push(Vec3::from_array(albedo));
         shading.g.push(g);
@@ -69,6 +71,7 @@ pub(super) fn build_clouds(
                 let all = cloud::sprites(cloud, &places, origin);
                 discs.extend(all.filter(|s| is_seen(s.centre.y + s.radius)));
             }
+            Cloud::Volume(_) => {}
         }
         shading.of_particle.resize(ellipsoids.len(), owner);
         shading.of_sprite.resize(discs.len(), owner);

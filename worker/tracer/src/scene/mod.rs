@@ -10,6 +10,7 @@ mod placed;
 mod sky;
 mod stage;
 mod transform;
+mod volumes;
 
 pub use stage::{Assets, BuildOptions, BuildReport, Stage};
 
@@ -18,7 +19,7 @@ use crate::camera::Camera;
 use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
-use crate::medium::Phase;
+use crate::medium::{Media, Phase};
 use crate::uses;
 use crate::water::Sea;
 use clouds::CloudShading;
@@ -48,6 +49,8 @@ pub(crate) struct Common {
     /// Light samples that would add less than this are traced at random.
     pub(crate) faint: f32,
     pub(crate) tables: Tables,
+    /// The volumes.
+    pub(crate) media: Media,
     shading: Vec<MeshShading>,
     materials: Vec<SurfaceMaterial>,
     textures: Vec<Texture>,
@@ -92,6 +95,9 @@ impl Scene {
         }
         if self.camera.is_moving() || self.instances.iter().any(|i| i.is_moving) {
             bits |= uses::MOTION;
+        }
+        if !self.common.media.is_empty() {
+            bits |= uses::MEDIA;
         }
         bits
     }

@@ -6,6 +6,7 @@ use super::meshes::{BuiltMesh, Materials, build_meshes};
 use super::motion::anchor;
 use super::placed::Standing;
 use super::sky::{build_sky, build_sun};
+use super::volumes::build_media;
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
@@ -91,6 +92,7 @@ impl Stage {
             sun: build_sun(description)?,
             water: build_water(description, &tables)?,
             tables,
+            media: build_media(description, assets, anchor_m)?,
             shading,
             materials: std::mem::take(&mut materials.list),
             textures: textures.list,

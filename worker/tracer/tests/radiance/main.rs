@@ -8,4 +8,5 @@ mod maps;
 mod particles;
 mod sprites;
 mod surfaces;
+mod volumes;
 mod water;
