@@ -92,14 +92,14 @@ impl Model {
             clear_before = clear;
             if lit > 0.0 {
                 let sun = self.sunlight(step.r_middle, cos);
-                for band in 0..BANDS {
-                    gathered.air[band] += step.air[band] * sun[band] * lit;
-                    gathered.haze[band] += step.haze[band] * sun[band] * lit;
+                for (band, sun) in sun.into_iter().enumerate() {
+                    gathered.air[band] += step.air[band] * sun * lit;
+                    gathered.haze[band] += step.haze[band] * sun * lit;
                 }
             }
             let multiple = self.multiple_at(step.r_middle, cos);
-            for band in 0..BANDS {
-                gathered.rest[band] += (step.air[band] + step.haze[band]) * multiple[band];
+            for (band, multiple) in multiple.into_iter().enumerate() {
+                gathered.rest[band] += (step.air[band] + step.haze[band]) * multiple;
             }
         }
         if let Some(through) = &ray.ground {
