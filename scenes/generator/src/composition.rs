@@ -95,6 +95,16 @@ pub fn without_bloom_json() -> String {
     with_post("golden-gate-without-bloom", "")
 }
 
+/// The same scene, one folder further, with other clouds: one JSON object each.
+#[must_use]
+pub fn with_clouds(name: &str, clouds: &[String]) -> String {
+    let whole = with_post(name, BLOOM).replace("\"assets/", "\"../golden-gate/assets/");
+    let (before, rest) = whole.split_once("  \"clouds\": [").unwrap_or((&whole, ""));
+    let after = rest.split_once("\n  ],").map_or("", |(_, after)| after);
+    let list = clouds.join(",\n    ");
+    format!("{before}  \"clouds\": [\n    {list}\n  ],{after}")
+}
+
 fn with_post(name: &str, bloom: &str) -> String {
     include_str!("scene.template.json")
         .replace("@NAME@", name)

@@ -4,7 +4,9 @@
 pub mod airfoil;
 pub mod assets;
 pub mod bridge;
+pub mod cloud_scenes;
 pub mod composition;
+pub mod cumulus;
 pub mod curve;
 pub mod gallery;
 pub mod image_files;

@@ -2,6 +2,7 @@
 //! the gallery.
 
 use shearwater_scenes::assets::{self, Asset};
+use shearwater_scenes::cloud_scenes;
 use shearwater_scenes::gallery;
 use shearwater_scenes::image_files::EncodeError;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ Generates the assets of the example scenes, bit for bit, and the gallery.
 Usage: shearwater-scenes SCENE [-o DIR] [--check]
        shearwater-scenes gallery [--only NAME] [--shearwater PROGRAM]
 
-  SCENE         golden-gate
+  SCENE         golden-gate, clouds
   -o DIR        write below DIR (default: the scene's folder under scenes/)
   --check       write nothing; compare with the files below DIR
   --only NAME   render only pictures with NAME in their name
@@ -25,8 +26,10 @@ Exit codes: 0 done or equal, 1 different or failed, 2 wrong usage.
 type Files = fn() -> Result<Vec<Asset>, EncodeError>;
 
 /// What can be generated: name, folder, files.
-const SCENES: [(&str, &str, Files); 1] =
-    [("golden-gate", "scenes/golden-gate", assets::golden_gate)];
+const SCENES: [(&str, &str, Files); 2] = [
+    ("golden-gate", "scenes/golden-gate", assets::golden_gate),
+    ("clouds", "scenes/clouds", cloud_scenes::clouds),
+];
 
 /// What the command line asks for.
 enum Request {
