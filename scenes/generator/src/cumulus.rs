@@ -31,7 +31,7 @@ pub const CUMULUS: Silhouette = Silhouette {
     domes: &[[0.95, 0.82, 0.42], [0.78, 0.42, 0.76], [1.35, 0.36, 0.55]],
     puffs: 90,
     radii: [0.07, 0.19],
-    torn: 0.55,
+    torn: 0.75,
     seed: 71,
 };
 
@@ -46,7 +46,7 @@ pub const TOWERS: Silhouette = Silhouette {
     ],
     puffs: 110,
     radii: [0.06, 0.15],
-    torn: 0.65,
+    torn: 0.75,
     seed: 72,
 };
 
@@ -101,11 +101,20 @@ impl Silhouette {
             sum += inside;
             most = most.max(inside);
         }
-        let body = most + 0.25 * (sum - most);
-        let fine = fbm(x * 7.0, y * 7.0, 3.0, 5, 0.55, self.seed);
-        let rim = body - self.torn * (0.35 + 0.65 * fine) * (1.0 - 0.5 * body.min(1.0));
-        let flat = smoothstep(self.base - 0.05, self.base + 0.06, y + 0.04 * fine);
-        smoothstep(0.0, 1.1, rim) * flat
+        let body = most + 0.2 * (sum - most);
+        // Billows: noise folded at 0 has round tops and sharp clefts.
+        let fold = |scale: f64, seed: u32| {
+            let noise = fbm(x * scale, y * scale, 3.0, 4, 0.5, self.seed + seed);
+            1.0 - (3.2 * noise.abs()).min(1.0)
+        };
+        let billow = 0.6 * fold(4.5, 0) + 0.4 * fold(11.0, 9);
+        let rim = body - self.torn * (1.0 - billow);
+        let flat = smoothstep(
+            self.base - 0.04,
+            self.base + 0.05,
+            y + 0.05 * (billow - 0.5),
+        );
+        smoothstep(0.0, 0.9, rim) * (0.25 + 0.75 * billow) * flat
     }
 }
 

@@ -124,6 +124,21 @@ fn layers_multiply_without_limit() {
     );
 }
 
+// The same shells from outside: each is crossed twice, T = (1 - a)^(2 k), with the
+// walls 1e-4 apart.
+#[test]
+fn close_layers_seen_from_outside_count_twice() {
+    let layers: Vec<_> = (0..1000)
+        .map(|i| sphere(Vec3::ZERO, 1.0 + i as f32 * 1e-4, 0.003))
+        .collect();
+    let scene = scene(&layers);
+    let ray = Ray::new(Vec3::Z * -4.0, Vec3::Z);
+    let depth = scene.transmittance_depth::<PARTICLES>(&ray).depth();
+    let found = libm::exp(-f64::from(depth) / f64::from(OPTICAL_DEPTH_SCALE));
+    let expected = libm::pow(1.0 - 0.003, 2000.0);
+    assert!((found / expected - 1.0).abs() < 1e-3, "{found} {expected}");
+}
+
 #[test]
 fn keys_that_count_up_still_give_independent_decisions() {
     let scene = scene(&[

@@ -164,3 +164,63 @@ fn a_picture_that_is_none_is_an_error_with_its_place() {
         fails(b"GIF89a")
     );
 }
+
+// An opaque disc on the camera's path: at each frame the camera sees it face on,
+// so it covers what a circle of its apparent size covers.
+#[test]
+fn sprites_face_the_camera_at_each_frame() {
+    let json = format!(
+        r#"{{"version":1,"name":"test","image":{{"width":16,"height":16}},"animation":{{"fps":1,"frames":3}},
+        "camera":{{"position_m":[0,0,9],"target_m":[0,0,0],"vertical_fov_deg":40,"path":[{{"time_s":0}},
+        {{"time_s":1,"offset_m":[9,0,-9]}},{{"time_s":2,"offset_m":[5.4,7.2,-9]}}]}},
+        "clouds":[{{"type":"sprites","formation":{{"type":"radial","centre_m":[0,0,0],"radii_m":[1e-6,1e-6,1e-6],"direction":[1,0,0],"length_m":0}},
+        "count":1,"sprite_radius_m":[2,2],"opacity":[1,1],"softness":0.01,"albedo":[0,0,0]}}],{WHITE_SKY}}}"#
+    );
+    let description = parse(json.as_bytes()).expect("a valid scene");
+    let (stage, _) =
+        Stage::build(&description, &Assets::new(), BuildOptions::default()).expect("builds");
+    // Half the picture's height is 9 tan 20 degrees where the disc stands.
+    let half = 9.0 * libm::tan(20.0_f64.to_radians());
+    let disc = std::f64::consts::PI * 4.0 / (4.0 * half * half);
+    let expected = 1.0 - disc * (1.0 - 2.0 / 3.0 * 0.01);
+    for number in 0..3 {
+        let settings = RenderSettings {
+            width: 16,
+            height: 16,
+            samples: 2,
+            seed: 1,
+            first_frame: 0,
+            frames: 3,
+        };
+        let scene = stage.frame(&settings, number).expect("a frame");
+        assert_mean(&format!("frame {number}"), &scene, 512, expected);
+    }
+}
+
+// Under the water there is nothing to be seen: such parts are left out.
+#[test]
+fn parts_under_the_water_are_left_out() {
+    for (kind, radius) in [
+        ("particles", "particle_radius_m"),
+        ("sprites", "sprite_radius_m"),
+    ] {
+        let cloud = |y: f64| {
+            format!(
+                r#"{{"type":"{kind}","formation":{{"type":"radial","centre_m":[0,{y},0],"radii_m":[0.1,0.1,0.1],"direction":[1,0,0],"length_m":0}},
+                "count":50,"{radius}":[1,1],"opacity":[0.5,0.5]}}"#
+            )
+        };
+        let json = format!(
+            r#"{{"version":1,"name":"test","image":{{"width":16,"height":16}},
+            "camera":{{"position_m":[0,5,9],"target_m":[0,0,0],"vertical_fov_deg":40}},
+            "water":{{"type":"tessendorf","tile_m":10,"wind_speed_mps":3,"grid":16,"amplitude":0}},
+            "clouds":[{},{}],{WHITE_SKY}}}"#,
+            cloud(-1.2),
+            cloud(-0.8)
+        );
+        let description = parse(json.as_bytes()).expect("a valid scene");
+        let (_, report) =
+            Stage::build(&description, &Assets::new(), BuildOptions::default()).expect("builds");
+        assert_eq!(report.particles + report.sprites, 50, "{kind}");
+    }
+}
