@@ -6,6 +6,9 @@
 //! tile. A sample is a pure function of (scene, seed, frame, half, pixel, index),
 //! with the same bits on every machine.
 
+// Without effects much is defined and not called.
+#![cfg_attr(not(feature = "effects"), allow(dead_code))]
+
 pub mod bsdf;
 mod camera;
 mod cloud;

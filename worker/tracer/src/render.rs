@@ -25,13 +25,22 @@ pub fn render_run(
     // Chosen once per run: see `uses`.
     match scene.uses() {
         0 => render_tile::<0>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         1 => render_tile::<1>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         2 => render_tile::<2>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         3 => render_tile::<3>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         4 => render_tile::<4>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         5 => render_tile::<5>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         6 => render_tile::<6>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
         _ => render_tile::<7>(scene, rect, samples, cancel),
+        #[cfg(not(feature = "effects"))]
+        _ => None,
     }
 }
 

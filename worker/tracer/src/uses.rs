@@ -9,5 +9,8 @@ pub const MOTION: u8 = 2;
 /// Participating media.
 pub const MEDIA: u8 = 4;
 
+/// Whether this build has any effects: see the feature of that name.
+pub const EFFECTS: bool = cfg!(feature = "effects");
+
 /// Nothing but opaque things that stand still.
 pub const NOTHING: u8 = 0;

@@ -115,6 +115,7 @@ pub enum Bsdf {
     /// The report's Cook-Torrance.
     GgxReport(GgxReport),
     /// Dielectric interface with exact Fresnel over an opaque body.
+    #[cfg(feature = "effects")]
     Water(Water),
     /// Exact or edge-tinted metal, maybe under a clear coat.
     Layered(Layered),
@@ -151,6 +152,7 @@ impl Bsdf {
             Self::Phong(phong) => phong.eval_pdf(wo, wi),
             Self::Ggx(ggx) => ggx.eval_pdf(tables, wo, wi),
             Self::GgxReport(ggx) => ggx.eval_pdf(wo, wi),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.eval_pdf(tables, wo, wi),
             Self::Layered(metal) => metal.eval_pdf(tables, wo, wi),
         }
@@ -170,6 +172,7 @@ impl Bsdf {
             Self::Phong(phong) => phong.sample(wo, u),
             Self::Ggx(ggx) => ggx.sample(tables, wo, u),
             Self::GgxReport(ggx) => ggx.sample(wo, u),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.sample(tables, wo, u),
             Self::Layered(metal) => metal.sample(tables, wo, u),
         }
@@ -184,6 +187,7 @@ impl Bsdf {
             Self::Phong(phong) => phong.kd + phong.ks,
             Self::Ggx(ggx) => ggx.albedo(),
             Self::GgxReport(ggx) => ggx.albedo(),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.albedo(),
             Self::Layered(metal) => metal.albedo(),
         }
@@ -198,6 +202,7 @@ impl Bsdf {
             Self::Lambert { .. } | Self::Phong(_) => false,
             Self::Ggx(ggx) => ggx.is_delta(),
             Self::GgxReport(ggx) => ggx.is_delta(),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.is_delta(),
             Self::Layered(metal) => metal.is_delta(),
         }
@@ -213,6 +218,7 @@ impl Bsdf {
             Self::Phong(phong) => phong.roughness(),
             Self::Ggx(ggx) => ggx.alpha(),
             Self::GgxReport(ggx) => ggx.alpha(),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.alpha(),
             Self::Layered(metal) => metal.alpha(),
         }
@@ -227,6 +233,7 @@ impl Bsdf {
             Self::Phong(phong) => phong.kd != Vec3::ZERO,
             Self::Ggx(ggx) => ggx.has_body(),
             Self::GgxReport(ggx) => ggx.has_body(),
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.has_body(),
             Self::Layered(metal) => metal.has_body(),
         }
@@ -239,6 +246,7 @@ impl Bsdf {
     #[must_use]
     pub fn light_sampling_pays(&self) -> bool {
         match self {
+            #[cfg(feature = "effects")]
             Self::Water(water) => water.alpha() > LIGHT_SAMPLING_ALPHA_MIN,
             _ => self.has_diffuse() || self.roughness() > LIGHT_SAMPLING_ALPHA_MIN,
         }

@@ -11,7 +11,7 @@ use super::placement::Placement;
 use super::ray::{Hit, Occlusion, Ray};
 use super::simd::{self, Path};
 use super::sprites::{FacingSprites, Sprites};
-use crate::uses::{MOTION, NOTHING, PARTICLES};
+use crate::uses::{EFFECTS, MOTION, NOTHING, PARTICLES};
 
 /// Calls the copy of a query that what the scene uses needs. Media are none of the
 /// geometry's business: sets that differ only there share a copy.
@@ -150,6 +150,9 @@ impl Geometry {
     /// Distance to the water plane, if the ray goes there.
     #[inline(always)]
     pub(super) fn water_distance(&self, ray: &Ray) -> Option<f32> {
+        if !EFFECTS {
+            return None;
+        }
         let t = (self.water_y? - ray.o.y) / ray.d.y;
         (t > 0.0 && t < ray.t_max).then_some(t)
     }

@@ -8,6 +8,7 @@ use super::particles::Ellipsoid;
 use super::ray::{Hit, HitKind, Ray};
 use super::scene::Geometry;
 use super::sprites::Sprite;
+use crate::uses::EFFECTS;
 
 /// A point on a surface, computed from the surface rather than along the ray: the
 /// error is that of the surface's coordinates, not of the ray's length.
@@ -35,7 +36,7 @@ impl Geometry {
     /// The point of a hit that a query of this geometry with this ray gave.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match hit.kind {
-            HitKind::Water => water_point(self.water_y().unwrap_or(0.0), ray, hit.t),
+            HitKind::Water if EFFECTS => water_point(self.water_y().unwrap_or(0.0), ray, hit.t),
             HitKind::Triangle {
                 instance,
                 prim,
@@ -47,7 +48,7 @@ impl Geometry {
                 }
                 None => along(ray, hit.t),
             },
-            HitKind::Sprite { prim } => match self
+            HitKind::Sprite { prim } if EFFECTS => match self
                 .sprites
                 .as_ref()
                 .and_then(|f| f.sprites.sprites().get(prim as usize).zip(Some(f.eye)))
@@ -55,13 +56,14 @@ impl Geometry {
                 Some((s, eye)) => sprite_point(s, eye, ray, hit.t),
                 None => along(ray, hit.t),
             },
-            HitKind::Particle { prim, .. } => match self
+            HitKind::Particle { prim, .. } if EFFECTS => match self
                 .particles()
                 .and_then(|p| p.ellipsoids().get(prim as usize))
             {
                 Some(e) => ellipsoid_point(e, ray, hit.t),
                 None => along(ray, hit.t),
             },
+            _ => along(ray, hit.t),
         }
     }
 }
@@ -104,7 +106,8 @@ fn triangle_point(
     let local_error = sum_error + gamma(3) * e1.abs().max(e2.abs());
     let n = unit_cross(e1, e2);
     // What moves is undone at the ray's time as exactly as what stands still.
-    let moved = instance.motion.as_ref().map(|m| m.both_ways(ray.time_s));
+    let moving = instance.motion.as_ref().filter(|_| EFFECTS);
+    let moved = moving.map(|m| m.both_ways(ray.time_s));
     let (world, inverse) = match &moved {
         Some((forth, back)) => (forth, back),
         None => (&instance.world_from_local, &instance.local_from_world),

@@ -2,6 +2,7 @@
 
 use crate::geometry::Ray;
 use crate::scene::Scene;
+use crate::uses::EFFECTS;
 use glam::Vec3;
 
 /// How the direction of a path segment was chosen, and what else could have
@@ -39,7 +40,7 @@ pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
 #[inline]
 pub(super) fn ray_under_sky(scene: &Scene, o: Vec3, d: Vec3, time_s: f32) -> Ray {
     let mut ray = Ray::at_time(o, d, time_s);
-    if let Some(sky) = &scene.common.sky {
+    if EFFECTS && let Some(sky) = &scene.common.sky {
         ray.t_max = sky.reach(o, d);
     }
     ray

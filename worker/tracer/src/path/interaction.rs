@@ -1,10 +1,13 @@
 //! From a hit to a place where light scatters.
 
 use super::vertex::{Scattering, Vertex};
+use crate::bsdf::Bsdf;
 use crate::bsdf::shading_frame::{bend_normal, face_viewer};
 use crate::geometry::{Hit, HitKind, Ray};
 use crate::math::frame::Frame;
 use crate::scene::Scene;
+use crate::uses::EFFECTS;
+use glam::Vec3;
 
 /// What lies at a hit, for a ray that is `footprint_m` wide there.
 #[inline]
@@ -18,11 +21,12 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32)
             u,
             v,
         } => scene.surface(instance, prim, u, v, point.n_geometric, ray.time_s),
-        HitKind::Particle { prim, .. } => (point.n_geometric, scene.particle_bsdf(prim)),
-        HitKind::Sprite { prim } => {
+        HitKind::Particle { prim, .. } if EFFECTS => (point.n_geometric, scene.particle_bsdf(prim)),
+        HitKind::Sprite { prim } if EFFECTS => {
             return Vertex::without_surface(point, wo, scene.sprite_phase(prim));
         }
-        HitKind::Water => scene.water_surface(point.p, ray.time_s, footprint_m),
+        HitKind::Water if EFFECTS => scene.water_surface(point.p, ray.time_s, footprint_m),
+        _ => (point.n_geometric, Bsdf::Lambert { albedo: Vec3::ZERO }),
     };
     let (n_shading, n_geometric) = face_viewer(n_shading, point.n_geometric, wo);
     let bent = if n_shading == n_geometric {

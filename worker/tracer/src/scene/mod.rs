@@ -20,7 +20,7 @@ use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
 use crate::medium::{Media, Phase};
-use crate::uses;
+use crate::uses::{self, EFFECTS};
 use crate::water::Sea;
 use clouds::CloudShading;
 use glam::{Vec2, Vec3};
@@ -124,7 +124,7 @@ impl Scene {
             let local = mesh.normals[corners[0]] * w
                 + mesh.normals[corners[1]] * u
                 + mesh.normals[corners[2]] * v;
-            let to_world = if placed.is_moving {
+            let to_world = if EFFECTS && placed.is_moving {
                 self.geometry.instances()[instance as usize].normal_from_local(time_s)
             } else {
                 placed.normal_from_local
@@ -168,6 +168,7 @@ impl Scene {
     #[inline]
     pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
         match (&self.sea, &self.common.water) {
+            #[cfg(feature = "effects")]
             (Some(sea), Some(water)) => {
                 let point = sea.at(p.x, p.z, time_s, footprint_m);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
