@@ -166,6 +166,7 @@ impl Scene {
     /// Shading normal and scattering of the water at `p`, for a ray that is
     /// `footprint_m` wide there.
     #[inline]
+    #[cfg_attr(not(feature = "effects"), allow(unused_variables))]
     pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
         match (&self.sea, &self.common.water) {
             #[cfg(feature = "effects")]
