@@ -169,7 +169,7 @@ impl Scene {
     pub(crate) fn water_surface(&self, p: Vec3, time_s: f32, footprint_m: f32) -> (Vec3, Bsdf) {
         match (&self.sea, &self.common.water) {
             (Some(sea), Some(water)) => {
-                let point = sea.at(p.x, p.z, time_s, footprint_m);
+                let point = sea.at(p.x, p.z, time_s, footprint_m, &self.common.textures);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
                 let water = water.with_body(&self.common.tables, point.body_color, point.alpha);
                 (normal, Bsdf::Water(water))
