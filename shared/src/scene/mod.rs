@@ -39,7 +39,9 @@ pub use volume::{
     EllipsoidVolume, GridVolume, March, Tracking, VolumeCloud, VolumeMethod, VolumeNoise,
     VolumeShape,
 };
-pub use water::{TessendorfWater, Water, WaterLook, Whitecaps};
+pub use water::{
+    FlatWater, GerstnerWater, GerstnerWave, Profile, TessendorfWater, Water, WaterLook, Whitecaps,
+};
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -152,6 +154,8 @@ impl SceneDescription {
             VolumeShape::Grid(grid) => Some(grid.file.clone()),
             VolumeShape::Ellipsoid(_) => None,
         }));
+        let texture = self.water.as_ref().and_then(Water::texture);
+        files.extend(texture.map(str::to_owned));
         files
     }
 

@@ -10,6 +10,8 @@ mod post;
 mod sky;
 mod volume;
 mod water;
+#[cfg(test)]
+mod water_tests;
 
 use super::at::At;
 use super::range::count;

@@ -28,7 +28,9 @@ fn measure(n: usize) {
         eprintln!("the bench's own scene is refused");
         return;
     };
-    let Water::Tessendorf(sea) = &water;
+    let Water::Tessendorf(sea) = &water else {
+        return;
+    };
     println!("{n} x {n}");
     show("waves, once a scene", || Spectrum::new(sea));
     let spectrum = Spectrum::new(sea);
@@ -44,20 +46,19 @@ fn measure(n: usize) {
     show("levels of the slope maps", || {
         SlopeMap::new(n, &field.slope_x, &field.slope_z, &[])
     });
-    let stage = SeaStage::new(&water);
+    let stage = SeaStage::new(&water, None);
     show("whole sea of a frame (slopes, levels)", || {
         stage.at(next(), 0.02, [0.0; 3])
     });
-    let mut with_foam = water.clone();
-    let Water::Tessendorf(sea) = &mut with_foam;
-    sea.whitecaps = Some(Whitecaps {
+    let mut with_foam = sea.clone();
+    with_foam.whitecaps = Some(Whitecaps {
         choppiness: 1.0,
         threshold: 0.5,
         softness: 0.3,
         albedo: [0.8; 3],
         roughness: 0.8,
     });
-    let stage = SeaStage::new(&with_foam);
+    let stage = SeaStage::new(&Water::Tessendorf(with_foam), None);
     show("the same with whitecaps", || {
         stage.at(next(), 0.02, [0.0; 3])
     });

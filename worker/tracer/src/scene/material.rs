@@ -95,7 +95,8 @@ impl<'a> Textures<'a> {
         }
     }
 
-    fn number(&mut self, file: &str, encoding: Encoding) -> Result<u32, SceneError> {
+    /// Number of the texture in a file, which is read if it is new.
+    pub(super) fn number(&mut self, file: &str, encoding: Encoding) -> Result<u32, SceneError> {
         // Another encoding is another texture: its texels mean something else.
         let key = (file.to_owned(), encoding);
         if let Some(&number) = self.numbers.get(&key) {

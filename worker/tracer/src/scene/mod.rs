@@ -171,7 +171,7 @@ impl Scene {
         match (&self.sea, &self.common.water) {
             #[cfg(feature = "effects")]
             (Some(sea), Some(water)) => {
-                let point = sea.at(p.x, p.z, time_s, footprint_m);
+                let point = sea.at(p.x, p.z, time_s, footprint_m, &self.common.textures);
                 let normal = Vec3::new(-point.slope.x, 1.0, -point.slope.y).normalize();
                 let water = water.with_body(&self.common.tables, point.body_color, point.alpha);
                 (normal, Bsdf::Water(water))

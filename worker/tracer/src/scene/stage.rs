@@ -11,6 +11,7 @@ use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
 use crate::light::SkyLight;
+use crate::load::Encoding;
 use crate::water::SeaStage;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
@@ -83,6 +84,7 @@ impl Stage {
             .into_iter()
             .map(|mesh| (mesh.tree, mesh.shading))
             .unzip();
+        let sea = build_sea(description, &mut textures)?;
         let sky = build_sky(description, assets, anchor_m, &mut report)?;
         report.notes.append(&mut textures.notes);
         let common = Common {
@@ -108,7 +110,7 @@ impl Stage {
             particles: clouds.particles,
             sprites: clouds.sprites,
             materials,
-            sea: description.water.as_ref().map(SeaStage::new),
+            sea,
             anchor_m,
             options,
         };
@@ -157,6 +159,20 @@ fn build_tables(
         add_needs(&mut needs, material);
     }
     Tables::build(&needs).map_err(|e| SceneError::new("scene.json", "materials", e.to_string()))
+}
+
+fn build_sea(
+    description: &SceneDescription,
+    textures: &mut Textures<'_>,
+) -> Result<Option<SeaStage>, SceneError> {
+    let Some(water) = &description.water else {
+        return Ok(None);
+    };
+    let texture = water
+        .texture()
+        .map(|file| textures.number(file, Encoding::Srgb))
+        .transpose()?;
+    Ok(Some(SeaStage::new(water, texture)))
 }
 
 fn build_water(

@@ -4,6 +4,8 @@
 //! one frame, which answers [`Sea::at`] for every ray.
 
 mod fft;
+mod flat;
+mod gerstner;
 mod phillips;
 mod picture;
 mod slopes;
@@ -13,10 +15,13 @@ mod tessendorf;
 mod tests;
 mod whitecaps;
 
-pub use picture::{HeightPictureError, HeightPictures, height_pictures};
+pub use picture::{PictureError, WaterPictures, water_pictures};
 pub use slopes::{SlopeMap, Slopes};
 pub use spectrum::{HeightField, Spectrum};
 
+use crate::load::Texture;
+use flat::{FlatSea, FlatStage};
+use gerstner::{GerstnerSea, GerstnerStage};
 use glam::{Vec2, Vec3};
 use shearwater_shared::scene::{Water, WaterLook};
 use tessendorf::{TessendorfSea, TessendorfStage};
@@ -32,6 +37,8 @@ pub struct SeaStage {
 #[derive(Clone, Debug)]
 enum StageWaves {
     Tessendorf(TessendorfStage),
+    Gerstner(GerstnerStage),
+    Flat(FlatStage),
 }
 
 /// The sea of one frame.
@@ -52,6 +59,8 @@ pub struct Sea {
 #[derive(Clone, Debug)]
 enum Waves {
     Tessendorf(TessendorfSea),
+    Gerstner(GerstnerSea),
+    Flat(FlatSea),
 }
 
 /// What the tracer needs to know of a point of the surface.
@@ -66,20 +75,24 @@ pub struct WaterPoint {
 }
 
 impl SeaStage {
-    /// What the frames of `water` share: its random waves.
+    /// What the frames of `water` share: its random waves. `texture` is the number of
+    /// its texture, if it has one.
     #[must_use]
-    pub fn new(water: &Water) -> Self {
+    pub fn new(water: &Water, texture: Option<u32>) -> Self {
         let foam = match water {
             Water::Tessendorf(sea) => sea.whitecaps.map(|caps| {
                 let alpha = caps.roughness * caps.roughness;
                 (Vec3::from_array(caps.albedo), alpha * alpha)
             }),
+            Water::Gerstner(_) | Water::Flat(_) => None,
         };
         Self {
             look: water.look(),
             foam: foam.unwrap_or_default(),
             waves: match water {
                 Water::Tessendorf(sea) => StageWaves::Tessendorf(TessendorfStage::new(sea)),
+                Water::Gerstner(sea) => StageWaves::Gerstner(GerstnerStage::new(sea)),
+                Water::Flat(sea) => StageWaves::Flat(FlatStage::new(sea, texture)),
             },
         }
     }
@@ -100,6 +113,8 @@ impl SeaStage {
                 StageWaves::Tessendorf(stage) => {
                     Waves::Tessendorf(stage.at(frame_time_s, shutter_s, origin_m))
                 }
+                StageWaves::Gerstner(stage) => Waves::Gerstner(stage.at(frame_time_s, origin_m)),
+                StageWaves::Flat(stage) => Waves::Flat(stage.at(origin_m)),
             },
             drift_mps: Vec2::from_array(look.velocity_mps.map(|v| v as f32)),
             ripple_alpha2: alpha * alpha,
@@ -114,13 +129,28 @@ impl Sea {
     /// `time_s` after the shutter opened, seen by a ray as wide as `footprint_m`.
     /// Waves finer than that become roughness: a Gaussian of slope variance s^2 per
     /// axis is a Beckmann lobe of alpha^2 = 2 s^2 (Walter et al. 2007), to which GGX
-    /// is matched.
+    /// is matched. `textures` are those of the scene.
     #[inline]
     #[must_use]
-    pub fn at(&self, x: f32, z: f32, time_s: f32, footprint_m: f32) -> WaterPoint {
+    pub fn at(
+        &self,
+        x: f32,
+        z: f32,
+        time_s: f32,
+        footprint_m: f32,
+        textures: &[Texture],
+    ) -> WaterPoint {
         let p = Vec2::new(x, z) - self.drift_mps * time_s;
         let slopes = match &self.waves {
             Waves::Tessendorf(sea) => sea.at(p, time_s, footprint_m),
+            Waves::Gerstner(sea) => sea.at(p, time_s, footprint_m),
+            Waves::Flat(sea) => {
+                return WaterPoint {
+                    slope: Vec2::ZERO,
+                    alpha: self.ripple_alpha2.sqrt(),
+                    body_color: self.body_color * sea.color(p, textures),
+                };
+            }
         };
         let mut alpha2 = self.ripple_alpha2 + 2.0 * slopes.variance;
         let mut body_color = self.body_color;

@@ -5,6 +5,10 @@ use super::*;
 use shearwater_shared::scene::TessendorfWater;
 use std::f64::consts::PI;
 
+fn stage_of(sea: TessendorfWater) -> SeaStage {
+    SeaStage::new(&Water::Tessendorf(sea), None)
+}
+
 pub(super) fn sea() -> TessendorfWater {
     TessendorfWater {
         height_m: 0.0,
@@ -218,18 +222,21 @@ fn the_surface_drifts_with_its_velocity() {
         loop_s: Some(1e-3),
         ..sea()
     };
-    let stage = SeaStage::new(&Water::Tessendorf(sea));
+    let stage = stage_of(sea);
     let still = stage.at(0.0, 0.0, [10.0, 5.0, -20.0]);
     let later = stage.at(4.0, 0.0, [10.0, 5.0, -20.0]);
     for (x, z, t) in [(1.0, 2.0, 0.5), (-40.0, 13.0, 2.0)] {
-        let there = still.at(x - 3.0 * t, z + 7.0 * t, 0.0, 0.0).slope;
-        assert!((still.at(x, z, t, 0.0).slope - there).length() < 1e-3);
+        let there = still.at(x - 3.0 * t, z + 7.0 * t, 0.0, 0.0, &[]).slope;
+        assert!((still.at(x, z, t, 0.0, &[]).slope - there).length() < 1e-3);
         let there = still
-            .at(x - 12.0 - 3.0 * t, z + 28.0 + 7.0 * t, 0.0, 0.0)
+            .at(x - 12.0 - 3.0 * t, z + 28.0 + 7.0 * t, 0.0, 0.0, &[])
             .slope;
-        assert!((later.at(x, z, t, 0.0).slope - there).length() < 1e-3);
+        assert!((later.at(x, z, t, 0.0, &[]).slope - there).length() < 1e-3);
     }
-    let (now, moved) = (still.at(1.0, 2.0, 0.0, 0.0), still.at(1.0, 2.0, 0.5, 0.0));
+    let (now, moved) = (
+        still.at(1.0, 2.0, 0.0, 0.0, &[]),
+        still.at(1.0, 2.0, 0.5, 0.0, &[]),
+    );
     assert!((now.slope - moved.slope).length() > 1e-2);
 }
 
@@ -238,12 +245,12 @@ fn the_surface_drifts_with_its_velocity() {
 #[test]
 fn slopes_follow_the_waves_within_the_shutter() {
     let fields = |shutter_fields| {
-        SeaStage::new(&Water::Tessendorf(TessendorfWater {
+        stage_of(TessendorfWater {
             shutter_fields,
             ..sea()
-        }))
+        })
     };
-    let at = |sea: &Sea, t: f32| sea.at(3.0, 5.0, t, 0.0).slope;
+    let at = |sea: &Sea, t: f32| sea.at(3.0, 5.0, t, 0.0, &[]).slope;
     let (one, three) = (fields(1), fields(3).at(1.0, 0.5, [0.0; 3]));
     let frozen = one.at(1.0, 0.5, [0.0; 3]);
     assert_eq!(at(&frozen, 0.0), at(&frozen, 0.4));
@@ -262,8 +269,8 @@ fn slopes_follow_the_waves_within_the_shutter() {
 // The first and the last texel of a tile are neighbours.
 #[test]
 fn the_surface_is_continuous_across_the_wrap() {
-    let sea = SeaStage::new(&Water::Tessendorf(sea())).at(0.0, 0.0, [0.0; 3]);
-    let at = |x: f32, z: f32| sea.at(x, z, 0.0, 0.0).slope;
+    let sea = stage_of(sea()).at(0.0, 0.0, [0.0; 3]);
+    let at = |x: f32, z: f32| sea.at(x, z, 0.0, 0.0, &[]).slope;
     for i in 0..50 {
         let v = i as f32 * 4.1;
         assert_eq!(at(0.0, v), at(200.0, v));
@@ -290,8 +297,7 @@ fn foam_lies_on_the_crests() {
         ..sea()
     };
     let field = field(&sea_of(0.0));
-    let stage =
-        |threshold| SeaStage::new(&Water::Tessendorf(sea_of(threshold))).at(3.0, 0.0, [0.0; 3]);
+    let stage = |threshold| stage_of(sea_of(threshold)).at(3.0, 0.0, [0.0; 3]);
     let (some, all, none) = (stage(0.9), stage(100.0), stage(-100.0));
     let step = field.tile_m as f32 / field.n as f32;
     let (mut under_foam, mut count) = (0.0_f64, 0);
@@ -302,14 +308,16 @@ fn foam_lies_on_the_crests() {
         .enumerate()
     {
         let (x, z) = ((i % field.n) as f32 * step, (i / field.n) as f32 * step);
-        let point = some.at(x, z, 0.0, 0.0);
+        let point = some.at(x, z, 0.0, 0.0, &[]);
         if point.body_color.y > 0.79 {
             under_foam += f64::from(height);
             count += 1;
             assert_eq!(point.alpha, 1.0);
         }
-        assert!((all.at(x, z, 0.0, 0.0).body_color - Vec3::new(0.7, 0.8, 0.9)).length() < 1e-6);
-        assert_eq!(none.at(x, z, 0.0, 0.0).body_color, Vec3::ZERO);
+        assert!(
+            (all.at(x, z, 0.0, 0.0, &[]).body_color - Vec3::new(0.7, 0.8, 0.9)).length() < 1e-6
+        );
+        assert_eq!(none.at(x, z, 0.0, 0.0, &[]).body_color, Vec3::ZERO);
     }
     let rms = libm::sqrt(variance(&field.height));
     let points = field.height.len();
@@ -318,7 +326,7 @@ fn foam_lies_on_the_crests() {
         "{count} of {points}"
     );
     assert!(under_foam / f64::from(count as u32) > 0.5 * rms);
-    let mean = some.at(0.0, 0.0, 0.0, 1e6).body_color.y / 0.8;
+    let mean = some.at(0.0, 0.0, 0.0, 1e6, &[]).body_color.y / 0.8;
     let share = count as f32 / points as f32;
     assert!((mean - share).abs() < 0.02, "{mean} {share}");
 }
@@ -336,4 +344,45 @@ fn the_field_has_the_bits_of_every_machine() {
         crate::math::hash::mix64(hash ^ u64::from(v.to_bits()))
     });
     assert_eq!(hash, 2_482_477_889_506_550_135);
+}
+
+// The texture lies still in the water and drifts with it; without one the body has its
+// own colour, and there are no waves.
+#[test]
+fn flat_water_carries_its_texture() {
+    let red_green = image::RgbImage::from_fn(2, 1, |x, _| {
+        image::Rgb([255, 0, 0].map(|v| if x == 0 { v } else { 255 - v }))
+    });
+    let mut png = std::io::Cursor::new(Vec::new());
+    red_green
+        .write_to(&mut png, image::ImageFormat::Png)
+        .unwrap();
+    let texture =
+        crate::load::load_texture("t.png", png.get_ref(), crate::load::Encoding::Srgb).unwrap();
+    let flat = |name: Option<&str>| {
+        Water::Flat(shearwater_shared::scene::FlatWater {
+            texture: name.map(str::to_owned),
+            texture_size_m: 4.0,
+            height_m: 1.5,
+            body_color: [0.5; 3],
+            ior: 1.333,
+            roughness: 0.1,
+            velocity_mps: [1.0, 0.0],
+        })
+    };
+    let sea = SeaStage::new(&flat(Some("t.png")), Some(0)).at(3.0, 1.0, [100.0, 2.0, 7.0]);
+    let textures = [texture];
+    let at = |x: f32, t: f32| sea.at(x, 5.0, t, 0.1, &textures);
+    // Scene x = 100 is render x = 0; at 3 s the texture has moved by 3 m: its left
+    // half, whose middle is 1 m from its edge, covers 3 + 4 i to 5 + 4 i.
+    assert!((at(4.0, 0.0).body_color - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-5);
+    assert!((at(2.0, 0.0).body_color - Vec3::new(0.0, 0.5, 0.5)).length() < 1e-5);
+    assert!((at(-396.0 + 1.0, 1.0).body_color - Vec3::new(0.5, 0.0, 0.0)).length() < 1e-4);
+    assert_eq!(at(4.0, 0.0).slope, Vec2::ZERO);
+    assert!((at(4.0, 0.0).alpha - 0.01).abs() < 1e-7);
+    let plain = SeaStage::new(&flat(None), None).at(3.0, 1.0, [0.0; 3]);
+    assert_eq!(
+        plain.at(4.0, 5.0, 0.5, 0.1, &[]).body_color,
+        Vec3::splat(0.5)
+    );
 }
