@@ -5,6 +5,7 @@ mod dome;
 mod exactness;
 mod lights;
 mod maps;
+mod motion;
 mod particles;
 mod sprites;
 mod surfaces;
