@@ -2,6 +2,7 @@
 
 use crate::image_files::{self, EncodeError};
 use crate::obj::{mtl_text, obj_text};
+use crate::vec3::Vec3;
 use crate::{bridge, composition, land, livery, plane, sky};
 
 /// One file of a scene.
@@ -10,6 +11,29 @@ pub struct Asset {
     pub path: &'static str,
     /// Contents.
     pub bytes: Vec<u8>,
+}
+
+/// The four skies of `scenes/skies`: noon, overcast, sunset, night.
+///
+/// # Errors
+/// When the image encoder refuses.
+pub fn skies() -> Result<Vec<Asset>, EncodeError> {
+    /// Half of the golden-gate sky's: 0.35 degrees a pixel.
+    const SIDE: usize = 512;
+    let sky = |path, radiance: &dyn Fn(Vec3) -> [f64; 3]| {
+        let pixels = sky::map(2 * SIDE, SIDE, radiance);
+        let bytes = image_files::exr(&pixels, 2 * SIDE, SIDE)?;
+        Ok(Asset { path, bytes })
+    };
+    let to_sun = composition::to_sun();
+    Ok(vec![
+        sky("assets/noon.exr", &sky::noon::radiance)?,
+        sky("assets/overcast.exr", &sky::overcast::radiance)?,
+        sky("assets/sunset.exr", &|towards| {
+            sky::radiance(towards, to_sun)
+        })?,
+        sky("assets/night.exr", &sky::night::radiance)?,
+    ])
 }
 
 /// All files of the golden-gate scene but its README.

@@ -14,7 +14,7 @@ Generates the assets of the example scenes, bit for bit, and the gallery.
 Usage: shearwater-scenes SCENE [-o DIR] [--check]
        shearwater-scenes gallery [--only NAME] [--shearwater PROGRAM]
 
-  SCENE         golden-gate, clouds
+  SCENE         golden-gate, clouds, skies
   -o DIR        write below DIR (default: the scene's folder under scenes/)
   --check       write nothing; compare with the files below DIR
   --only NAME   render only pictures with NAME in their name
@@ -26,9 +26,10 @@ Exit codes: 0 done or equal, 1 different or failed, 2 wrong usage.
 type Files = fn() -> Result<Vec<Asset>, EncodeError>;
 
 /// What can be generated: name, folder, files.
-const SCENES: [(&str, &str, Files); 2] = [
+const SCENES: [(&str, &str, Files); 3] = [
     ("golden-gate", "scenes/golden-gate", assets::golden_gate),
     ("clouds", "scenes/clouds", cloud_scenes::clouds),
+    ("skies", "scenes/skies", assets::skies),
 ];
 
 /// What the command line asks for.

@@ -1,10 +1,13 @@
-//! The sunset sky as an equirectangular map of linear radiance.
+//! Skies as equirectangular maps of linear radiance.
 //!
 //! u = 0.5 + atan2(x, -z) / 2 pi grows to the right from a middle column that
 //! looks towards -z; v = acos(y) / pi grows down from the zenith.
 
 mod clouds;
 mod dome;
+pub mod night;
+pub mod noon;
+pub mod overcast;
 
 use crate::vec3::{Vec3, vec3};
 use std::f64::consts::{PI, TAU};
@@ -22,21 +25,27 @@ pub fn direction(azimuth_deg: f64, elevation_deg: f64) -> Vec3 {
     vec3(flat * libm::sin(a), libm::sin(e), -flat * libm::cos(a))
 }
 
-/// The map's pixels, row by row from the zenith.
+/// The pixels of the sunset, row by row from the zenith.
 #[must_use]
 pub fn pixels(to_sun: Vec3) -> Vec<[f32; 3]> {
-    let mut out = Vec::with_capacity(WIDTH * HEIGHT);
-    for row in 0..HEIGHT {
-        let polar = PI * (row as f64 + 0.5) / HEIGHT as f64;
-        for column in 0..WIDTH {
-            let bearing = TAU * ((column as f64 + 0.5) / WIDTH as f64 - 0.5);
+    map(WIDTH, HEIGHT, |towards| radiance(towards, to_sun))
+}
+
+/// The pixels of any sky, row by row from the zenith.
+#[must_use]
+pub fn map(width: usize, height: usize, radiance: impl Fn(Vec3) -> [f64; 3]) -> Vec<[f32; 3]> {
+    let mut out = Vec::with_capacity(width * height);
+    for row in 0..height {
+        let polar = PI * (row as f64 + 0.5) / height as f64;
+        for column in 0..width {
+            let bearing = TAU * ((column as f64 + 0.5) / width as f64 - 0.5);
             let flat = libm::sin(polar);
             let towards = vec3(
                 flat * libm::sin(bearing),
                 libm::cos(polar),
                 -flat * libm::cos(bearing),
             );
-            out.push(radiance(towards, to_sun).map(|v| v as f32));
+            out.push(radiance(towards).map(|v| v as f32));
         }
     }
     out
