@@ -19,20 +19,22 @@ pub struct Asset {
 /// When the image encoder refuses.
 pub fn skies() -> Result<Vec<Asset>, EncodeError> {
     /// Half of the golden-gate sky's: 0.35 degrees a pixel.
-    const SIDE: usize = 512;
-    let sky = |path, radiance: &dyn Fn(Vec3) -> [f64; 3]| {
-        let pixels = sky::map(2 * SIDE, SIDE, radiance);
-        let bytes = image_files::exr(&pixels, 2 * SIDE, SIDE)?;
+    const ROWS: usize = 512;
+    /// Stars want to be small.
+    const ROWS_AT_NIGHT: usize = 1024;
+    let sky = |path, rows, radiance: &dyn Fn(Vec3) -> [f64; 3]| {
+        let pixels = sky::map(2 * rows, rows, radiance);
+        let bytes = image_files::exr(&pixels, 2 * rows, rows)?;
         Ok(Asset { path, bytes })
     };
     let to_sun = composition::to_sun();
     Ok(vec![
-        sky("assets/noon.exr", &sky::noon::radiance)?,
-        sky("assets/overcast.exr", &sky::overcast::radiance)?,
-        sky("assets/sunset.exr", &|towards| {
+        sky("assets/noon.exr", ROWS, &sky::noon::radiance)?,
+        sky("assets/overcast.exr", ROWS, &sky::overcast::radiance)?,
+        sky("assets/sunset.exr", ROWS, &|towards| {
             sky::radiance(towards, to_sun)
         })?,
-        sky("assets/night.exr", &sky::night::radiance)?,
+        sky("assets/night.exr", ROWS_AT_NIGHT, &sky::night::radiance)?,
     ])
 }
 

@@ -7,9 +7,9 @@ use crate::noise::{fbm, hash3, unit};
 use crate::vec3::{Vec3, vec3};
 
 /// Stars are looked for in a grid of so many cells along the unit cube's edges.
-const STAR_GRID: f64 = 190.0;
+const STAR_GRID: f64 = 400.0;
 /// Share of the cells with a star.
-const STAR_SHARE: f64 = 0.010;
+const STAR_SHARE: f64 = 0.0035;
 
 /// Radiance from a direction, a night as a picture shows it and not as it is: the
 /// blue overhead 0.03, the town's glow 0.5, a bright star 8.
@@ -96,7 +96,7 @@ fn star(towards: Vec3, crowd: f64) -> Radiance {
     let at = vec3(place(i, 722), place(j, 723), place(k, 724)).normalized();
     let off = (towards - at).dot(towards - at) * (STAR_GRID * STAR_GRID);
     // Magnitudes: ten times as many stars of a tenth of the light.
-    let light = 0.05 / (draw(725) + 0.006);
+    let light = 0.035 / (draw(725) + 0.006);
     let warmth = draw(726);
     blend([0.75, 0.88, 1.25], [1.25, 0.95, 0.65], warmth)
         .map(|v| v * light * libm::exp(-off / 0.10))
