@@ -62,7 +62,11 @@ fn textured(material: &str, texel: usize) -> Scene {
 // would be 0.173, and E nearly 1.
 #[test]
 fn a_texture_drives_roughness() {
-    for (texel, alpha) in [(0, 0.0), (1, (0.8 * 128.0 / 255.0_f64).powi(2)), (2, 0.64)] {
+    for (texel, alpha) in [
+        (0, 0.0),
+        (1, 0.64 * (128.0 / 255.0) * (128.0 / 255.0)),
+        (2, 0.64),
+    ] {
         let expected = single_scattering(alpha);
         for (channel, file) in [("r", "r.png"), ("g", "g.png"), ("b", "b.png")] {
             let material = format!(
@@ -139,7 +143,7 @@ fn metals_reflect_by_their_index() {
         ("", metal),
         (
             r#","coat":{"ior":1.5}"#,
-            coat + (1.0 - coat).powi(2) * metal,
+            coat + (1.0 - coat) * (1.0 - coat) * metal,
         ),
     ] {
         let material = format!(
