@@ -1,7 +1,8 @@
 //! What in a valid scene is probably not what its author meant: mostly reasons for
 //! a black picture, which should never come without a word.
 
-use super::{SceneDescription, Sky, Water};
+use super::range::length_squared;
+use super::{SceneDescription, Sky};
 
 impl SceneDescription {
     /// Texts for people, each with the place in scene.json; none for most scenes.
@@ -15,14 +16,25 @@ impl SceneDescription {
         if !sun && !self.sky.as_ref().is_some_and(shines) {
             doubts.push("sky, sun: nothing gives light, so the picture will be black".to_owned());
         }
-        if let Some(Water::Tessendorf(sea)) = &self.water
-            && self.camera.position_m[1] < sea.height_m
+        let eye = self.camera.position_m;
+        if let Some(water) = &self.water
+            && eye[1] < water.look().height_m
         {
             doubts.push(format!(
                 "camera.position_m: at height {} the camera is under the water (height_m {}), \
                  which lets no light through",
-                self.camera.position_m[1], sea.height_m
+                eye[1],
+                water.look().height_m
             ));
+        }
+        if let Some(Sky::Dome(dome)) = &self.sky {
+            let way: [f64; 3] = std::array::from_fn(|axis| eye[axis] - dome.centre_m[axis]);
+            if length_squared(way) > dome.radius_m * dome.radius_m {
+                doubts.push(
+                    "camera.position_m: the camera is outside the dome, which shines inwards only"
+                        .to_owned(),
+                );
+            }
         }
         doubts
     }

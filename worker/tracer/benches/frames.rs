@@ -37,6 +37,7 @@ fn measure(path: &Path) {
         samples: 64,
         seed: 0,
         frames: 1,
+        first_frame: 0,
     };
     let start = Instant::now();
     let (stage, _) = Stage::build(&description, &assets, BuildOptions::default()).expect("builds");

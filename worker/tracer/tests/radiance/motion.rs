@@ -41,6 +41,7 @@ fn frame(stage: &Stage, frame: u32) -> Scene {
         samples: 2,
         seed: 5,
         frames: 1,
+        first_frame: 0,
     };
     stage.frame(&settings, frame).unwrap()
 }
