@@ -1,10 +1,11 @@
-//! The scenes of `scenes/clouds` that are made of parts: the composition of
-//! golden-gate with other clouds.
+//! The scenes of `scenes/clouds`, the composition of golden-gate with other clouds:
+//! those made of parts here, those of volumes in `volume_scenes`.
 
 use crate::assets::Asset;
 use crate::composition;
 use crate::cumulus::{CUMULUS, HEIGHT, TOWERS, WIDTH};
 use crate::image_files::{self, EncodeError};
+use crate::volume_scenes;
 
 /// Where both methods put their clouds: about the planes, and over the sea.
 const FORMATIONS: [&str; 3] = [
@@ -53,7 +54,7 @@ pub fn clouds() -> Result<Vec<Asset>, EncodeError> {
     let picture = |path, pixels: Vec<u8>| {
         image_files::png(&pixels, WIDTH, HEIGHT).map(|bytes| Asset { path, bytes })
     };
-    Ok(vec![
+    let mut files = vec![
         scene(
             "particles.json",
             "particles",
@@ -63,5 +64,7 @@ pub fn clouds() -> Result<Vec<Asset>, EncodeError> {
         scene("image.json", "image", &IMAGES.map(str::to_owned)),
         picture("assets/cumulus.png", CUMULUS.pixels())?,
         picture("assets/towers.png", TOWERS.pixels())?,
-    ])
+    ];
+    files.extend(volume_scenes::volumes());
+    Ok(files)
 }

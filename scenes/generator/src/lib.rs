@@ -17,5 +17,7 @@ pub mod mesh;
 pub mod noise;
 pub mod obj;
 pub mod plane;
+pub mod puffs;
 pub mod sky;
 pub mod vec3;
+mod volume_scenes;
