@@ -35,8 +35,15 @@ pub struct Listed {
     pub scene: String,
     /// What it is.
     pub caption: String,
-    /// Arguments of `render` after the scene: size, samples, frames.
+    /// `render`, or `water` for a height map.
+    #[serde(default = "render")]
+    pub command: String,
+    /// Arguments after the scene: size, samples, frames.
     pub args: Vec<String>,
+}
+
+fn render() -> String {
+    "render".to_owned()
 }
 
 impl Gallery {

@@ -35,12 +35,13 @@ fn error(what: &Path, why: impl std::fmt::Display) -> GalleryError {
 /// What one rendering said about itself.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Measured {
-    /// Arguments of `shearwater render` that made it.
+    /// Arguments of `shearwater` that made it.
     pub args: Vec<String>,
-    /// Seconds from the first lease to the last result.
+    /// Seconds from the first lease to the last result; of the whole command for
+    /// what is not rendered.
     pub seconds: f64,
-    /// Estimated error of the picture, from its two halves.
-    pub nmse: f64,
+    /// Estimated error of the picture, from its two halves; none for what is exact.
+    pub nmse: Option<f64>,
     /// Hash of the first frame's film.
     pub film_hash: String,
 }

@@ -36,11 +36,12 @@ fn write_group(page: &mut String, group: &Group, measured: &BTreeMap<String, Mea
             let hash = m.film_hash.get(..HASH_DIGITS).unwrap_or_default();
             let _ = writeln!(
                 page,
-                "| {} | `shearwater {}` | {:.1} | {:.1e} | `{hash}` |",
+                "| {} | `shearwater {}` | {:.1} | {} | `{hash}` |",
                 listed.name,
                 m.args.join(" "),
                 m.seconds,
                 m.nmse
+                    .map_or("exact".to_owned(), |nmse| format!("{nmse:.1e}"))
             );
         }
     }

@@ -13,8 +13,9 @@ pub(super) fn render(
     folder: &Path,
 ) -> Result<Measured, GalleryError> {
     let output = std::env::temp_dir().join(format!("shearwater-gallery-{}", std::process::id()));
-    let mut args = vec!["render".to_owned(), listed.scene.clone()];
+    let mut args = vec![listed.command.clone(), listed.scene.clone()];
     args.extend(listed.args.iter().cloned());
+    let started = std::time::Instant::now();
     let run = Command::new(binary)
         .args(&args)
         .arg("--json")
@@ -28,7 +29,7 @@ pub(super) fn render(
     }
     let said: serde_json::Value =
         serde_json::from_slice(&run.stdout).map_err(|e| error(binary, e))?;
-    let number = |key: &str| said[key].as_f64().unwrap_or(f64::NAN);
+    let whole_s = started.elapsed().as_secs_f64();
     let rendered = said["files"]
         .as_array()
         .into_iter()
@@ -41,8 +42,8 @@ pub(super) fn render(
     std::fs::remove_dir_all(&output).map_err(|e| error(&output, e))?;
     Ok(Measured {
         args,
-        seconds: number("seconds"),
-        nmse: number("nmse"),
+        seconds: said["seconds"].as_f64().unwrap_or(whole_s),
+        nmse: said["nmse"].as_f64(),
         film_hash: said["film_hash"].as_str().unwrap_or_default().to_owned(),
     })
 }
