@@ -36,12 +36,17 @@ pub(crate) fn ball(sigma_t_per_m: f32) -> Volume {
 
 /// A cube of 24 voxels a side, most of them empty or nearly so.
 pub(crate) fn lumpy(sigma_t_per_m: f32, seed: u64) -> Volume {
+    lumpy_over(0.0, sigma_t_per_m, seed)
+}
+
+/// The same with `base` added everywhere.
+pub(crate) fn lumpy_over(base: f32, sigma_t_per_m: f32, seed: u64) -> Volume {
     let size = UVec3::splat(24);
     let values = (0..24 * 24 * 24)
         .map(|i| {
             let (x, y, z) = (i % 24, i / 24 % 24, i / 576);
             let lump = unit(seed + x / 6 + 10 * (y / 6) + 100 * (z / 6));
-            (lump - 0.6).max(0.0) * (0.5 + unit(seed + 1000 + i))
+            base + (lump - 0.6).max(0.0) * (0.5 + unit(seed + 1000 + i))
         })
         .collect();
     cube(size, values, sigma_t_per_m)

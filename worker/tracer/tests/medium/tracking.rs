@@ -1,6 +1,8 @@
 //! Tracking against closed forms and numeric integrals.
 
-use crate::common::{assert_near, ball, cube, depth, lumpy, mean, passes, rays, survives};
+use crate::common::{
+    assert_near, ball, cube, depth, lumpy, lumpy_over, mean, passes, rays, survives,
+};
 use glam::{UVec3, Vec3};
 use shearwater_tracer::geometry::Ray;
 use shearwater_tracer::medium::{Media, Volume};
@@ -55,8 +57,8 @@ fn an_absorbing_ball_has_its_mean_over_the_disc() {
 // shadow rays play roulette.
 #[test]
 fn uneven_volumes_pass_what_the_integral_says() {
-    for (sigma, seed) in [(2.0, 1), (8.0, 2), (40.0, 3)] {
-        let volume = lumpy(sigma, seed * 7919);
+    for (base, sigma, seed) in [(0.0, 2.0, 1), (0.0, 8.0, 2), (0.0, 40.0, 3), (0.2, 3.0, 4)] {
+        let volume = lumpy_over(base, sigma, seed * 7919);
         let media = media([volume.clone()]);
         for (number, ray) in rays(6).enumerate() {
             let what = format!("{sigma} {number}");
