@@ -36,7 +36,6 @@ fn measure(path: &Path) {
         height: 512,
         samples: 64,
         seed: 0,
-        first_frame: 0,
         frames: 1,
         first_frame: 0,
     };

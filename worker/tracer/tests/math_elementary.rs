@@ -117,6 +117,25 @@ fn sine_and_cosine() {
 }
 
 #[test]
+fn turns_keep_their_accuracy_for_ever() {
+    for i in 0..SAMPLES {
+        let part = f64::from(ranged(8, i, -0.5, 0.5));
+        // Exact sums: 2^-24 steps below 2^28 whole turns.
+        let whole = f64::from(random_bits(9, i) as i32 >> 4);
+        let part = (part * 16_777_216.0).round() / 16_777_216.0;
+        let (s, c) = own::sin_cos_turns(whole + part);
+        let angle = part * std::f64::consts::TAU;
+        assert!((s - libm::sin(angle)).abs() < 1e-10, "{whole} + {part}");
+        assert!((c - libm::cos(angle)).abs() < 1e-10, "{whole} + {part}");
+        assert!((s * s + c * c - 1.0).abs() < 1e-10);
+    }
+    assert_eq!(
+        [0.0, 0.25, 0.5, 0.75, -1.0].map(own::sin_cos_turns),
+        [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0), (0.0, 1.0)]
+    );
+}
+
+#[test]
 fn exponentials() {
     check(
         "exp",

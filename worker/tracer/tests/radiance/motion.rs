@@ -40,7 +40,6 @@ fn frame(stage: &Stage, frame: u32) -> Scene {
         height: SIDE,
         samples: 2,
         seed: 5,
-        first_frame: 0,
         frames: 1,
         first_frame: 0,
     };
