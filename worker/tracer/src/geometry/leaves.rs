@@ -29,7 +29,7 @@ pub(super) fn into_local<const USES: u8>(
     if USES & MOTION != 0
         && let Some(motion) = &instance.motion
     {
-        let (o, d) = motion.into_local(ray);
+        let (o, d) = motion.local_ray(ray);
         return (o.is_finite() && d.is_finite()).then(|| (o.to_array(), d.to_array()));
     }
     let m = &instance.local_from_world;

@@ -128,7 +128,7 @@ impl Motion {
         let mut merged: Vec<Joint> = Vec::new();
         for joint in joints {
             match (merged.last_mut(), joint) {
-                (Some(Joint::Fixed(above)), Joint::Fixed(below)) => *above = *above * below,
+                (Some(Joint::Fixed(above)), Joint::Fixed(below)) => *above *= below,
                 (_, joint) => merged.push(joint),
             }
         }
@@ -161,7 +161,7 @@ impl Motion {
 
     /// A ray in mesh space, at its own time.
     #[inline]
-    pub(super) fn into_local(&self, ray: &Ray) -> (Vec3, Vec3) {
+    pub(super) fn local_ray(&self, ray: &Ray) -> (Vec3, Vec3) {
         let time_s = f64::from(ray.time_s);
         let (mut o, mut d) = (ray.o.as_dvec3(), ray.d.as_dvec3());
         for (joint, undone) in self.joints.iter().zip(&self.undone) {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 const CARD: &str =
     "v -1 -1 0\nv 1 -1 0\nv 1 -0.4 0\nv -0.3 -0.4 0\nv -0.3 1 0\nv -1 1 0\nf 1 2 3 4\nf 1 4 5 6\n";
 
-fn description(instances: Value, camera: Value, animation: Value) -> Value {
+fn description(instances: &Value, camera: &Value, animation: &Value) -> Value {
     let mut seen = json!({"position_m": [0, 0, 8], "target_m": [0, 0, 0], "vertical_fov_deg": 40});
     for (key, value) in camera.as_object().unwrap() {
         seen[key] = value.clone();
@@ -80,17 +80,17 @@ fn no_shutter_no_motion_bit_for_bit() {
     ]);
     let moving = frame(
         &stage(&description(
-            moving_cards(),
-            json!({"velocity_mps": [1, 0, 0], "shutter_s": 0}),
-            Value::Null,
+            &moving_cards(),
+            &json!({"velocity_mps": [1, 0, 0], "shutter_s": 0}),
+            &Value::Null,
         )),
         0,
     );
     let standing = frame(
         &stage(&description(
-            still.clone(),
-            json!({"shutter_s": 0.3}),
-            Value::Null,
+            &still,
+            &json!({"shutter_s": 0.3}),
+            &Value::Null,
         )),
         0,
     );
@@ -102,9 +102,9 @@ fn no_shutter_no_motion_bit_for_bit() {
     // And with an open shutter it does move.
     let open = frame(
         &stage(&description(
-            moving_cards(),
-            json!({"shutter_s": 0.3}),
-            Value::Null,
+            &moving_cards(),
+            &json!({"shutter_s": 0.3}),
+            &Value::Null,
         )),
         0,
     );
@@ -124,15 +124,15 @@ fn an_open_shutter_is_the_mean_of_many_moments() {
         camera
     };
     let animation = json!({"fps": 5, "frames": 1, "start_s": start_s});
-    let open = description(moving_cards(), with("shutter_s", shutter_s), animation);
+    let open = description(&moving_cards(), &with("shutter_s", shutter_s), &animation);
     let blurred = picture(&frame(&stage(&open), 0), 2048);
     // Moments in the middle of even parts of the shutter.
     let fps = f64::from(moments) / shutter_s;
     let animation = json!({"fps": fps, "frames": moments, "start_s": start_s + 0.5 / fps});
     let moment = stage(&description(
-        moving_cards(),
-        with("shutter_s", 0.0),
-        animation,
+        &moving_cards(),
+        &with("shutter_s", 0.0),
+        &animation,
     ));
     let mut mean = vec![0.0; RECT.pixels()];
     for f in 0..moments {
@@ -160,15 +160,15 @@ fn a_camera_that_flies_along_sees_its_company_still() {
     };
     let animation = json!({"fps": 10, "frames": 30});
     let together = description(
-        cards(&velocity),
-        json!({"velocity_mps": velocity, "shutter_s": 0.05}),
-        animation,
+        &cards(&velocity),
+        &json!({"velocity_mps": velocity, "shutter_s": 0.05}),
+        &animation,
     );
     let together = stage(&together);
     let still = description(
-        cards(&json!([0, 0, 0])),
-        json!({"shutter_s": 0.05}),
-        Value::Null,
+        &cards(&json!([0, 0, 0])),
+        &json!({"shutter_s": 0.05}),
+        &Value::Null,
     );
     let still = picture(&frame(&stage(&still), 0), 512);
     let flying = picture(&frame(&together, 0), 512);
@@ -189,9 +189,9 @@ fn a_camera_that_flies_along_sees_its_company_still() {
 fn a_frame_does_not_depend_on_the_frames_before_it() {
     let animation = json!({"fps": 5, "frames": 4});
     let described = description(
-        moving_cards(),
-        json!({"shutter_s": 0.1, "velocity_mps": [0, 1, 0]}),
-        animation,
+        &moving_cards(),
+        &json!({"shutter_s": 0.1, "velocity_mps": [0, 1, 0]}),
+        &animation,
     );
     let (one, other) = (stage(&described), stage(&described));
     frame(&one, 0);
