@@ -1,5 +1,6 @@
 //! Rays against geometry with known answers.
 
+mod coverage;
 mod exact;
 mod leave;
 mod motion;
