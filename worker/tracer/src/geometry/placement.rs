@@ -11,6 +11,10 @@ use super::ray::rank;
 use super::sah::{self, Splitter};
 use super::wide::{LEAF, Node8, WideTree};
 
+/// Instances placed anew in one frame, up to which their boxes come from every
+/// vertex: some tenths of a second even for large meshes.
+const EXACT_CHANGED_MAX: usize = 256;
+
 /// Vertices of all instances, each instance counted by itself, up to which their
 /// world boxes are exact: about a second of work.
 const EXACT_VERTICES_MAX: usize = 50_000_000;
@@ -69,9 +73,11 @@ impl Placement {
         changed: impl IntoIterator<Item = (usize, Instance)>,
     ) -> Result<Self, BuildError> {
         let (mut instances, mut boxes) = (self.instances.clone(), self.boxes.clone());
+        let changed: Vec<(usize, Instance)> = changed.into_iter().collect();
+        let exact = self.exact && changed.len() <= EXACT_CHANGED_MAX;
         for (index, instance) in changed {
             if index < instances.len() {
-                boxes[index] = world_box(meshes, index, &instance, self.exact)?;
+                boxes[index] = world_box(meshes, index, &instance, exact)?;
                 instances[index] = instance;
             }
         }

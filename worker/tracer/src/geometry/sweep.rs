@@ -27,8 +27,9 @@ struct Swept {
     pad: f64,
 }
 
-/// Bounds over the shutter; `None` without finite vertices.
-pub(super) fn swept_bounds(motion: &Motion, mesh: &TriMesh) -> Option<(DVec3, DVec3)> {
+/// Bounds over the shutter; `None` without finite vertices. `exact` looks at every
+/// vertex of a mesh that has not too many; otherwise boxes of its tree stand for them.
+pub(super) fn swept_bounds(motion: &Motion, mesh: &TriMesh, exact: bool) -> Option<(DVec3, DVec3)> {
     let mut joints = motion.joints().iter().rev().peekable();
     let first = match joints.peek() {
         Some(Joint::Fixed(affine)) => {
@@ -45,6 +46,10 @@ pub(super) fn swept_bounds(motion: &Motion, mesh: &TriMesh) -> Option<(DVec3, DV
         pad: 0.0,
     };
     match joints.peek() {
+        _ if !exact => {
+            let corners = mesh.root_corners();
+            swept.points = corners.map(|p| first.transform_point3(p)).collect();
+        }
         Some(Joint::Turn(turn)) if is_whole(turn, motion.shutter_s) => {
             swept.points = ring(turn, vertices);
             joints.next();

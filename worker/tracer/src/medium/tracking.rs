@@ -34,7 +34,8 @@ pub(super) fn collide(volume: &Volume, span: &Span, draws: &mut Draws) -> Flight
                 t = piece.end;
                 break;
             }
-            t += depth / most;
+            // Never stands still: far away a free path may be less than a digit of t.
+            t = (t + depth / most).max(t.next_up());
             let least = volume.sigma_t_per_m * piece.bounds.min;
             if choice * most < least || choice * most < volume.sigma_t(span.at(t)) {
                 return Flight::Collided(t.min(span.t1));
@@ -66,7 +67,7 @@ pub(super) fn transmittance(volume: &Volume, span: &Span, draws: &mut Draws) -> 
                 t = piece.end;
                 break;
             }
-            t += left / rest;
+            t = (t + left / rest).max(t.next_up());
             let above = volume.sigma_t(span.at(t)) - least;
             ratio *= (1.0 - above / rest).clamp(0.0, 1.0);
             if ratio < FAINT {
