@@ -50,7 +50,7 @@ fn render(scene: &Value) -> Result<(), String> {
         let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
         assets.insert(name, Arc::from(bytes));
     }
-    let mtl = "golden-gate/assets/plane.mtl";
+    let mtl = "golden-gate/assets/propeller.mtl";
     let bytes = std::fs::read(folder.join(mtl)).map_err(|e| format!("{mtl}: {e}"))?;
     assets.insert(mtl.to_owned(), Arc::from(bytes));
     let settings = RenderSettings {
@@ -86,11 +86,11 @@ fn effects() -> Vec<(&'static str, Value)> {
     };
     let material = |skin: Value| with(json!({"materials": {"skin": skin}}));
     let instance = |more: Value| {
-        let mut instance = json!({"mesh": "plane", "material": "skin"});
+        let mut instance = json!({"mesh": "propeller", "material": "skin", "scale": [4, 4, 4]});
         for (field, value) in more.as_object().into_iter().flatten() {
             instance[field] = value.clone();
         }
-        with(json!({"camera": shutter(json!({})), "instances": [instance]}))
+        with(json!({"camera": shutter(&json!({})), "instances": [instance]}))
     };
     let core = json!({"type": "radial", "centre_m": [0, 0, 0], "radii_m": [6, 3, 6],
         "direction": [1, 0, 0], "length_m": 1});
@@ -122,7 +122,7 @@ fn effects() -> Vec<(&'static str, Value)> {
         ),
         (
             "lens",
-            with(json!({"camera": shutter(json!({"lens_radius_m": 0.1}))})),
+            with(json!({"camera": shutter(&json!({"lens_radius_m": 0.1}))})),
         ),
         (
             "phong",
@@ -180,7 +180,7 @@ fn effects() -> Vec<(&'static str, Value)> {
         ),
         (
             "moving camera",
-            with(json!({"camera": shutter(json!({"velocity_mps": [5, 0, 0]}))})),
+            with(json!({"camera": shutter(&json!({"velocity_mps": [5, 0, 0]}))})),
         ),
         (
             "moving instance",
@@ -201,7 +201,7 @@ fn sun() -> Value {
 }
 
 /// The camera, its shutter open for a hundredth of a second, with something more.
-fn shutter(more: Value) -> Value {
+fn shutter(more: &Value) -> Value {
     let mut camera = plain()["camera"].clone();
     camera["shutter_s"] = json!(0.01);
     for (field, value) in more.as_object().into_iter().flatten() {
@@ -216,8 +216,8 @@ fn plain() -> Value {
         "camera": {"position_m": [9, 3, -16], "target_m": [0, 0, 0], "vertical_fov_deg": 30},
         "materials": {"skin": {"type": "ggx", "roughness": 0.3, "metalness": 0.3,
             "base_color_texture": LIVERY}},
-        "meshes": {"plane": {"file": "golden-gate/assets/plane.obj"}},
-        "instances": [{"mesh": "plane", "material": "skin"}],
+        "meshes": {"propeller": {"file": "golden-gate/assets/propeller.obj"}},
+        "instances": [{"mesh": "propeller", "material": "skin", "scale": [4, 4, 4]}],
         "sky": {"type": "constant", "radiance": [0.6, 0.8, 1.0]}
     })
 }
