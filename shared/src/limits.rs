@@ -42,13 +42,16 @@ pub const PARTICLES_MAX: usize = 5_000_000;
 /// Most pixels of a picture that a cloud is formed by: 4096 x 4096, more than
 /// there can be particles; the running sum over them takes 128 MiB.
 pub const CLOUD_PIXELS_MAX: u64 = 1 << 24;
+/// Most pixels of all such pictures of a scene: 768 MiB of running sums.
+pub const CLOUD_PIXELS_ALL_MAX: u64 = 1 << 26;
 /// Most texels of one texture: 16k x 8k.
 pub const TEXELS_MAX: u64 = 1 << 27;
 /// Memory an image decoder may take for one texture, in bytes.
 pub const TEXTURE_DECODE_BYTES_MAX: u64 = 2 << 30;
-/// Longest path in scattering events. A safety net, not a setting: paths end
-/// by Russian roulette long before, and hits of the cap are counted.
-pub const PATH_DEPTH_MAX: u32 = 1000;
+/// Longest path in scattering events. A safety net, not a setting: from the 256th
+/// scattering on one path in a thousand ends by roulette at each, so nobody comes
+/// here (0.999^65000 is 6e-29), and hits of the cap are counted.
+pub const PATH_DEPTH_MAX: u32 = 65_536;
 /// Memory of all textures of a scene, in bytes: a worker holds two scenes.
 pub const TEXTURES_BYTES_MAX: u64 = 4 << 30;
 /// Largest JSON body of any request but a job's submission.

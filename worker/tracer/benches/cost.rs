@@ -9,6 +9,7 @@ use shearwater_shared::job::RenderSettings;
 use shearwater_shared::plan::TileRect;
 use shearwater_shared::scene::parse;
 use shearwater_tracer::{Assets, BuildOptions, Scene, render_run};
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -47,12 +48,13 @@ fn render(scene: &Value) -> Result<(), String> {
     let mut assets = Assets::new();
     for name in description.files() {
         let path = folder.join(&name);
-        let bytes = std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        let bytes = if name == BALL {
+            ball().into_bytes()
+        } else {
+            std::fs::read(&path).map_err(|e| format!("{}: {e}", path.display()))?
+        };
         assets.insert(name, Arc::from(bytes));
     }
-    let mtl = "golden-gate/assets/propeller.mtl";
-    let bytes = std::fs::read(folder.join(mtl)).map_err(|e| format!("{mtl}: {e}"))?;
-    assets.insert(mtl.to_owned(), Arc::from(bytes));
     let settings = RenderSettings {
         width: WIDTH,
         height: HEIGHT,
@@ -86,7 +88,7 @@ fn effects() -> Vec<(&'static str, Value)> {
     };
     let material = |skin: Value| with(json!({"materials": {"skin": skin}}));
     let instance = |more: Value| {
-        let mut instance = json!({"mesh": "propeller", "material": "skin", "scale": [4, 4, 4]});
+        let mut instance = json!({"mesh": "ball", "material": "skin"});
         for (field, value) in more.as_object().into_iter().flatten() {
             instance[field] = value.clone();
         }
@@ -193,6 +195,34 @@ fn effects() -> Vec<(&'static str, Value)> {
     ]
 }
 
+const BALL: &str = "ball.obj";
+
+/// A ball of radius 4 m with texture coordinates: some 4000 triangles.
+fn ball() -> String {
+    const ROWS: u32 = 32;
+    const COLUMNS: u32 = 64;
+    let turn = |share: f64| (libm::sin(share * TAU), libm::cos(share * TAU));
+    let mut text = String::from("usemtl skin\n");
+    for row in 0..=ROWS {
+        let v = f64::from(row) / f64::from(ROWS);
+        let (ring, y) = turn(v / 2.0);
+        for column in 0..=COLUMNS {
+            let u = f64::from(column) / f64::from(COLUMNS);
+            let (x, z) = turn(u);
+            let (x, y, z) = (4.0 * ring * x, 4.0 * y, 4.0 * ring * z);
+            text += &format!("v {x:.5} {y:.5} {z:.5}\nvt {u:.5} {v:.5}\n");
+        }
+    }
+    for row in 0..ROWS {
+        for column in 0..COLUMNS {
+            let a = row * (COLUMNS + 1) + column + 1;
+            let (b, c, d) = (a + 1, a + COLUMNS + 2, a + COLUMNS + 1);
+            text += &format!("f {a}/{a} {d}/{d} {c}/{c} {b}/{b}\n");
+        }
+    }
+    text
+}
+
 const SKY: &str = "golden-gate/assets/sky.exr";
 const LIVERY: &str = "golden-gate/assets/livery.png";
 
@@ -216,8 +246,8 @@ fn plain() -> Value {
         "camera": {"position_m": [9, 3, -16], "target_m": [0, 0, 0], "vertical_fov_deg": 30},
         "materials": {"skin": {"type": "ggx", "roughness": 0.3, "metalness": 0.3,
             "base_color_texture": LIVERY}},
-        "meshes": {"propeller": {"file": "golden-gate/assets/propeller.obj"}},
-        "instances": [{"mesh": "propeller", "material": "skin", "scale": [4, 4, 4]}],
+        "meshes": {"ball": {"file": BALL}},
+        "instances": [{"mesh": "ball", "material": "skin"}],
         "sky": {"type": "constant", "radiance": [0.6, 0.8, 1.0]}
     })
 }

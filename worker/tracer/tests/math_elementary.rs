@@ -124,6 +124,10 @@ fn turns_keep_their_accuracy_for_ever() {
         let whole = f64::from(random_bits(9, i) as i32 >> 4);
         let part = (part * 16_777_216.0).round() / 16_777_216.0;
         let (s, c) = own::sin_cos_turns(whole + part);
+        assert!(
+            (s * s + c * c - 1.0).abs() < 1e-15,
+            "a rotation must not stretch"
+        );
         let angle = part * std::f64::consts::TAU;
         assert!((s - libm::sin(angle)).abs() < 1e-10, "{whole} + {part}");
         assert!((c - libm::cos(angle)).abs() < 1e-10, "{whole} + {part}");

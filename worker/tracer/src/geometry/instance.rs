@@ -105,7 +105,10 @@ impl Instance {
     /// mesh's tree stand for them, which is looser but takes no time.
     pub(super) fn world_bounds(&self, mesh: &TriMesh, exact: bool) -> Option<(Vec3, Vec3)> {
         if let Some(motion) = &self.motion {
-            return swept_bounds(motion, mesh, exact).map(|(lo, hi)| padded(lo, hi, 0.0));
+            let offset = |time_s| motion.world_from_local(time_s).translation.abs();
+            let origin = offset(0.0).max(offset(motion.shutter_s)).max_element();
+            let swept = swept_bounds(motion, mesh, exact);
+            return swept.map(|(lo, hi)| padded(lo, hi, origin));
         }
         let transform = widen(&self.world_from_local);
         let mut lo = DVec3::INFINITY;

@@ -11,6 +11,8 @@ use super::motion::{Joint, Keyed, Motion, PIECES, Turn};
 
 /// Meshes of more vertices are represented by boxes of their tree.
 const VERTICES_MAX: usize = 1 << 14;
+/// And so are larger ones that turn about an axis, each point of which is looked at.
+const RING_VERTICES_MAX: usize = 1 << 18;
 /// More points are replaced by the corners of their box.
 const POINTS_MAX: usize = 1 << 17;
 /// Sides of the polygon around a circle: 2 % wider than the circle.
@@ -50,7 +52,9 @@ pub(super) fn swept_bounds(motion: &Motion, mesh: &TriMesh, exact: bool) -> Opti
             let corners = mesh.root_corners();
             swept.points = corners.map(|p| first.transform_point3(p)).collect();
         }
-        Some(Joint::Turn(turn)) if is_whole(turn, motion.shutter_s) => {
+        Some(Joint::Turn(turn))
+            if is_whole(turn, motion.shutter_s) && mesh.positions().len() <= RING_VERTICES_MAX =>
+        {
             swept.points = ring(turn, vertices);
             joints.next();
         }

@@ -19,6 +19,11 @@ pub(crate) const LANES: usize = 8;
 
 /// Scatterings before Russian roulette begins.
 const ROULETTE_FROM: u32 = 1;
+/// Scatterings from which no path survives roulette for certain: light inside a
+/// thick white cloud loses nothing and would go on for thousands.
+const WEARY_FROM: u32 = 256;
+/// Largest chance to survive from there on.
+const WEARY_SURVIVAL: f32 = 0.999;
 /// Least chance to survive, so that no survivor's weight explodes.
 const SURVIVAL_MIN: f32 = 0.05;
 /// Widest angle of a ray cone after scattering, in radians.
@@ -335,7 +340,12 @@ fn scatter<const USES: u8>(scene: &Scene, path: &mut Path, at: &Vertex, depth: u
     }
     let strongest = path.throughput.max_element();
     if depth >= ROULETTE_FROM {
-        let survival = strongest.clamp(SURVIVAL_MIN, 1.0);
+        let most = if depth < WEARY_FROM {
+            1.0
+        } else {
+            WEARY_SURVIVAL
+        };
+        let survival = strongest.clamp(SURVIVAL_MIN, most);
         if u[3] >= survival {
             return;
         }

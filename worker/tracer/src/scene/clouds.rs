@@ -6,7 +6,7 @@ use crate::cloud::{self, Pixels, PlacedImage, Places};
 use crate::geometry::{Ellipsoid, Particles, Sprite, Sprites};
 use crate::load::load_cloud_image;
 use glam::{DVec3, Vec3};
-use shearwater_shared::limits::PARTICLES_MAX;
+use shearwater_shared::limits::{CLOUD_PIXELS_ALL_MAX, PARTICLES_MAX};
 use shearwater_shared::scene::{Cloud, Formation, SceneDescription, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -99,6 +99,7 @@ fn load_pictures<'a>(
     report: &mut BuildReport,
 ) -> Result<BTreeMap<&'a str, Pixels>, SceneError> {
     let mut pictures = BTreeMap::new();
+    let mut pixels_all = 0;
     for (number, cloud) in description.clouds.iter().enumerate() {
         let Some(Formation::Image(image)) = cloud.formation() else {
             continue;
@@ -112,6 +113,14 @@ fn load_pictures<'a>(
             SceneError::new(file, &*place, "the file was not supplied with the scene")
         })?;
         let picture = load_cloud_image(file, bytes)?;
+        pixels_all += u64::from(picture.width) * u64::from(picture.height);
+        if pixels_all > CLOUD_PIXELS_ALL_MAX {
+            let message = format!(
+                "with this picture the clouds' pictures have {pixels_all} pixels: at most \
+                 {CLOUD_PIXELS_ALL_MAX} in all"
+            );
+            return Err(SceneError::new(file, place, message));
+        }
         if picture.bad_texels > 0 {
             let bad = picture.bad_texels;
             report.notes.push(format!(

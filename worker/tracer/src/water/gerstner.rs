@@ -153,7 +153,9 @@ impl GerstnerSea {
         if !self.trochoid {
             return sums;
         }
-        let close = CLOSE * self.waves.iter().map(|w| w.amplitude_m).sum::<f32>();
+        // Far away the digits of p are coarser than what the waves would deserve.
+        let reach: f32 = self.waves.iter().map(|w| w.amplitude_m).sum();
+        let close = (CLOSE * reach).max(2.0 * f32::EPSILON * p.abs().max_element());
         // How far q + shift(q) is from p, and the share of Newton's step that is tried.
         let (mut rest, mut step) = (p - q - sums.shift, 1.0);
         for _ in 0..STEPS_MAX {

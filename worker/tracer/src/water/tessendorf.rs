@@ -60,11 +60,7 @@ impl TessendorfStage {
         };
         TessendorfSea {
             fields: fields.collect(),
-            fields_per_s: if steps > 0 {
-                (f64::from(steps) / shutter_s) as f32
-            } else {
-                0.0
-            },
+            fields_per_s: fields_per_s(steps, shutter_s),
             origin: Vec2::from_array(origin_m.map(wrap)),
             per_metre: (1.0 / self.tile_m) as f32,
         }
@@ -99,6 +95,25 @@ impl TessendorfSea {
         match self.fields.get(before + 1) {
             None => slopes,
             Some(after) => slopes.towards(after.lookup(tile, width), step - before as f32),
+        }
+    }
+}
+
+// 0 when the shutter is too short for floats: every ray then sees the first field.
+fn fields_per_s(steps: u32, shutter_s: f64) -> f32 {
+    let rate = (f64::from(steps) / shutter_s) as f32;
+    if rate.is_finite() { rate } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::fields_per_s;
+
+    #[test]
+    fn a_shutter_too_short_for_floats_sees_the_first_field() {
+        assert_eq!(fields_per_s(3, 0.5), 6.0);
+        for (steps, shutter_s) in [(0, 0.0), (0, 1.0), (3, 1e-50), (3, 0.0)] {
+            assert_eq!(fields_per_s(steps, shutter_s), 0.0);
         }
     }
 }

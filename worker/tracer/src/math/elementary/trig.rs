@@ -131,6 +131,10 @@ pub fn sin_cos_turns(turns: f64) -> (f64, f64) {
     let r4 = r2 * r2;
     let s = r + r * r2 * ((SIN[0] + r2 * SIN[1]) + r4 * (SIN[2] + r2 * SIN[3]));
     let c = (1.0 - 0.5 * r2) + r4 * ((COS[0] + r2 * COS[1]) + r4 * (COS[2] + r2 * COS[3]));
+    // Onto the circle again, by one step of Newton's for the length: a rotation must
+    // not stretch, or the way back from a far point would miss the way there.
+    let length = 1.5 - 0.5 * (s * s + c * c);
+    let (s, c) = (s * length, c * length);
     let swap = quadrant & 1 == 1;
     let sin = if swap { c } else { s };
     let cos = if swap { s } else { c };
