@@ -270,9 +270,13 @@ pub struct FailureReport {
     pub job: JobId,
     /// Lease.
     pub lease: i64,
-    /// The run; all runs of the lease when absent.
+    /// The run; all runs of the lease, or of its `frame`, when absent.
     #[serde(default)]
     pub run: Option<Run>,
+    /// The job's number of a frame that cannot be rendered: what the lease holds of
+    /// other frames stays leased.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frame: Option<u32>,
     /// Whose fault.
     pub kind: FailureKind,
     /// For people.

@@ -7,7 +7,7 @@ use crate::phase::{Phase, sleep_unless};
 use crate::render::{Queue, Task};
 use crate::retry::{Ended, until_answered};
 use crate::scenes::{SceneFailure, Scenes};
-use crate::upload::Uplink;
+use crate::upload::{Failed, Uplink};
 use shearwater_shared::api::{FailureKind, Lease, LeaseRequest};
 use shearwater_shared::plan::{Plan, Run};
 use shearwater_shared::{limits, wire};
@@ -105,7 +105,7 @@ impl Leasing {
             Ok(()) => true,
             Err(SceneFailure::Stopped) => false,
             Err(SceneFailure::Report(kind, reason)) => {
-                let report = self.uplink.report(&held, None, kind, reason);
+                let report = self.uplink.report(&held, Failed::Lease, kind, reason);
                 let heard = self.uplink.send_failure(&report, Phase::Draining).await;
                 self.uplink.held.abandon(id);
                 heard
@@ -113,6 +113,13 @@ impl Leasing {
         }
     }
 
+    /// Queue the runs of a lease, frame by frame. A frame that cannot be rendered
+    /// here is reported; the others are rendered all the same.
+    ///
+    /// A frame is built when no thread has more than one run left to begin. Every
+    /// run that waits or renders holds its frame, so that at most two frames for
+    /// each thread live besides those that are kept, however many frames a lease
+    /// names.
     async fn queue_runs(
         &mut self,
         lease: &Lease,
@@ -124,21 +131,50 @@ impl Leasing {
             .validate()
             .map_err(|e| wrong(e.to_string()))?;
         let plan = Plan::new(&lease.settings);
-        let mut scene: Option<(u32, Arc<Scene>)> = None;
-        for run in &lease.runs {
+        self.scenes.prepare(lease).await?;
+        for runs in lease.runs.chunk_by(|a, b| a.frame == b.frame) {
+            let Some(first) = runs.first() else { continue };
+            self.queue.at_most(self.threads).await;
             if held.is_cancelled() {
                 return Ok(());
             }
-            let ready = match scene.take() {
-                Some((frame, ready)) if frame == run.frame => ready,
-                _ => self.scenes.get(lease, run.frame).await?,
-            };
-            let task = task(&plan, run, held, &ready)
-                .ok_or_else(|| wrong(format!("{run:?} is not of the job's plan")))?;
-            scene = Some((run.frame, ready));
-            self.queue.push(task);
+            match self
+                .frame_tasks(lease, first.frame, runs, &plan, held)
+                .await
+            {
+                Ok(tasks) => tasks.into_iter().for_each(|task| self.queue.push(task)),
+                Err(SceneFailure::Report(FailureKind::Worker, reason)) => {
+                    let what = Failed::Frame(first.frame);
+                    let report = self.uplink.report(held, what, FailureKind::Worker, reason);
+                    if !self.uplink.send_failure(&report, Phase::Draining).await {
+                        return Err(SceneFailure::Stopped);
+                    }
+                    runs.iter().for_each(|_| self.uplink.held.settle_run(held));
+                }
+                // A wrong scene ends the job.
+                Err(ends) => return Err(ends),
+            }
         }
         Ok(())
+    }
+
+    /// The tasks of the runs of one frame.
+    async fn frame_tasks(
+        &mut self,
+        lease: &Lease,
+        frame: u32,
+        runs: &[Run],
+        plan: &Plan,
+        held: &Arc<HeldLease>,
+    ) -> Result<Vec<Task>, SceneFailure> {
+        let scene = self.scenes.get(lease, frame).await?;
+        let tasks = runs.iter().map(|run| {
+            task(plan, run, held, &scene).ok_or_else(|| {
+                let text = format!("{run:?} is not of the job's plan");
+                SceneFailure::Report(FailureKind::Worker, text)
+            })
+        });
+        tasks.collect()
     }
 }
 

@@ -92,7 +92,15 @@ impl Scenes {
         }
     }
 
+    /// Get ready what all frames of a lease share: what fails here would fail for
+    /// each of them.
+    pub(crate) async fn prepare(&mut self, lease: &Lease) -> Result<(), SceneFailure> {
+        let manifest = lease.manifest.key();
+        self.stage(&lease.manifest, manifest).await.map(drop)
+    }
+
     /// The scene of one frame of a lease; `frame` is the job's number of it.
+    /// Failures name the scene's number.
     pub(crate) async fn get(
         &mut self,
         lease: &Lease,
@@ -107,9 +115,11 @@ impl Scenes {
         let settings = lease.settings;
         let started = Instant::now();
         let scene = self
-            .compute("building a frame", move || {
+            .compute(format!("building frame {}", key.frame), move || {
                 let scene = stage.frame(&settings, key.frame);
-                scene.map_err(|error| (FailureKind::Scene, error.to_string()))
+                // Behind the text: it begins with the file and the place.
+                scene
+                    .map_err(|error| (FailureKind::Scene, format!("{error} (frame {})", key.frame)))
             })
             .await?;
         let seconds = started.elapsed().as_secs_f64();
@@ -138,7 +148,7 @@ impl Scenes {
                 .and_then(|description| Stage::build(&description, &assets, options))
                 .map_err(|error| (FailureKind::Scene, error.to_string()))
         };
-        let (stage, report) = self.compute("building the scene", build).await?;
+        let (stage, report) = self.compute("building the scene".to_owned(), build).await?;
         let seconds = started.elapsed().as_secs_f64();
         let (triangles, particles) = (report.triangles, report.particles);
         tracing::info!(seconds, triangles, particles, portable_simd, "stage built");
@@ -207,7 +217,7 @@ impl Scenes {
     /// a panic is a failure of this worker.
     async fn compute<T: Send + 'static>(
         &self,
-        what: &'static str,
+        what: String,
         work: impl FnOnce() -> Result<T, Failure> + Send + 'static,
     ) -> Result<T, SceneFailure> {
         let threads = self.threads;

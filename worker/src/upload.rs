@@ -41,6 +41,17 @@ pub(crate) enum Outcome {
     Unwanted,
 }
 
+/// What of a lease failed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Failed {
+    /// All of it.
+    Lease,
+    /// All runs of a frame (the job's number).
+    Frame(u32),
+    /// One run.
+    Run(Run),
+}
+
 /// A run that left its render thread.
 #[derive(Debug)]
 pub(crate) struct Settled {
@@ -83,7 +94,7 @@ impl Uplink {
         let done = match outcome {
             Outcome::Part(body) => self.deliver(&lease, &run, body).await,
             Outcome::Failed(reason) => {
-                let report = self.report(&lease, Some(run), FailureKind::Worker, reason);
+                let report = self.report(&lease, Failed::Run(run), FailureKind::Worker, reason);
                 self.send_failure(&report, Phase::Stopped).await
             }
             Outcome::Unwanted => true,
@@ -123,7 +134,7 @@ impl Uplink {
                 {
                     // Said aloud, or the run would be leased again without end.
                     let reason = format!("the coordinator refuses the result: {detail}");
-                    let report = self.report(lease, Some(*run), FailureKind::Worker, reason);
+                    let report = self.report(lease, Failed::Run(*run), FailureKind::Worker, reason);
                     return self.send_failure(&report, Phase::Stopped).await;
                 }
             }
@@ -132,19 +143,25 @@ impl Uplink {
         true
     }
 
-    /// A failure of `lease`, or of one run of it.
+    /// A failure of `lease`, of one frame of it (the job's number), or of one run.
     pub(crate) fn report(
         &self,
         lease: &HeldLease,
-        run: Option<Run>,
+        what: Failed,
         kind: FailureKind,
         reason: String,
     ) -> FailureReport {
+        let (frame, run) = match what {
+            Failed::Lease => (None, None),
+            Failed::Frame(frame) => (Some(frame), None),
+            Failed::Run(run) => (None, Some(run)),
+        };
         FailureReport {
             worker: self.worker.clone(),
             job: lease.job,
             lease: lease.id,
             run,
+            frame,
             kind,
             reason,
         }

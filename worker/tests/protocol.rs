@@ -139,6 +139,66 @@ async fn a_run_that_is_not_of_the_plan_is_reported() {
     assert_eq!(script.failures[0].kind, FailureKind::Worker);
 }
 
+/// Frames at 1 per second of [`SKY`]; the camera stands in its target at second
+/// `blind_s`.
+fn film(blind_s: u32) -> String {
+    let key = |time_s: u32, y_m: f64, z_m: f64| {
+        format!(r#"{{"time_s": {time_s}, "target_offset_m": [0, {y_m}, {z_m}]}}"#)
+    };
+    let keys = [key(blind_s - 1, 0.5, 2.0), key(blind_s + 1, 1.5, 6.0)].join(", ");
+    let path = format!("\"path\": [{keys}], \"vertical");
+    let animation = r#""animation": {"fps": 1, "frames": 1000}, "sky""#;
+    SKY.replace("\"vertical", &path)
+        .replace("\"sky\": {", &format!("{animation}: {{"))
+}
+
+/// A lease of one run for each of `frames` frames, the scene's from `first_frame`.
+fn lease_of_frames(script: &mut Script, scene: &str, first_frame: u32, frames: u32) {
+    let runs = (0..frames).map(|frame| Run { frame, ..run(0, 0) });
+    lease_of(script, 5, scene, 512, runs.collect());
+    let settings = &mut script.leases[0].settings;
+    settings.frames = frames;
+    settings.first_frame = first_frame;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn few_frames_are_built_ahead_and_a_wrong_one_is_named() {
+    let mut script = Script::default();
+    lease_of_frames(&mut script, &film(40), 20, 32);
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a report", |s| !s.failures.is_empty()).await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let report = &script.failures[0];
+    assert_eq!(report.kind, FailureKind::Scene);
+    assert!(report.reason.starts_with("scene.json"), "{}", report.reason);
+    assert!(report.reason.contains("frame 40"), "{}", report.reason);
+    // 20 frames come before it; one may wait and one be rendered.
+    let rendered = script.parts.len();
+    assert!((18..=20).contains(&rendered), "{rendered}");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn only_the_frame_that_failed_is_reported() {
+    let mut script = Script::default();
+    lease_of_frames(&mut script, &film(900), 0, 3);
+    script.leases[0].runs[1].tile = 7;
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("a report and two parts", |s| {
+        s.failures.len() == 1 && s.parts.len() == 2
+    })
+    .await;
+    let summary = working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let report = &script.failures[0];
+    assert_eq!((report.frame, report.run), (Some(1), None));
+    let frames: Vec<u32> = script.parts.iter().map(|part| part.run.frame).collect();
+    assert_eq!((frames, summary.failures), (vec![0, 2], 1));
+    assert!(script.released.is_empty(), "nothing is left of the lease");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn a_damaged_asset_is_fetched_again() {
     let mut script = Script::default();

@@ -14,6 +14,7 @@ use shearwater_shared::api::{
     FailureKind, FailureReport, HeartbeatRequest, HeartbeatResponse, LeaseRequest, ReleaseRequest,
 };
 use shearwater_shared::limits::LEASE_WAIT_MS_MAX;
+use shearwater_shared::plan::Run;
 use shearwater_shared::wire::PROTOCOL_VERSION;
 use std::sync::Arc;
 use std::time::Duration;
@@ -155,7 +156,7 @@ pub(crate) async fn failure(
     let runs = match report.run {
         Some(run) if lease.runs.contains(&run) => vec![run],
         Some(_) => return Err(ApiError::Invalid("run: it is not of this lease".into())),
-        None => lease.runs,
+        None => of_frame(lease.runs, report.frame)?,
     };
     app.store
         .job_rev(report.job)
@@ -192,6 +193,19 @@ pub(crate) async fn failure(
     }
     app.work_came();
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// The runs of one frame, if one is named.
+fn of_frame(mut runs: Vec<Run>, frame: Option<u32>) -> Result<Vec<Run>, ApiError> {
+    if let Some(frame) = frame {
+        runs.retain(|run| run.frame == frame);
+    }
+    if runs.is_empty() {
+        return Err(ApiError::Invalid(
+            "frame: the lease has no run of it".into(),
+        ));
+    }
+    Ok(runs)
 }
 
 /// Take leases back undone.

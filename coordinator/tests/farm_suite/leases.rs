@@ -30,6 +30,7 @@ fn failure(name: &str, lease: &Lease, run: Option<Run>, kind: FailureKind) -> Fa
         job: lease.job,
         lease: lease.id,
         run,
+        frame: None,
         kind,
         reason: "out of paint".into(),
     }
@@ -264,6 +265,22 @@ async fn one_worker_alone_fails_the_job_after_six_tries() {
     let failed = farm.job(job.id).await;
     assert_eq!(failed.state, JobState::Failed);
     assert_eq!(failed.failure_kind, Some(FailureKind::Worker));
+}
+
+#[tokio::test]
+async fn a_frame_that_failed_takes_no_other_with_it() {
+    let farm = start().await;
+    farm.submit().await;
+    let lease = farm.lease("w", 1e9).await.expect("work");
+    let mut report = failure("w", &lease, None, FailureKind::Worker);
+    report.frame = Some(7);
+    let answer = farm.post(routes::WORKER_FAILURES, &report).await;
+    assert_eq!(answer.status(), StatusCode::UNPROCESSABLE_ENTITY);
+    assert!(farm.lease("w", 1e9).await.is_none(), "all is still leased");
+    report.frame = Some(0);
+    farm.post(routes::WORKER_FAILURES, &report).await;
+    let again = farm.lease("w", 1e9).await.expect("freed");
+    assert_eq!(blocks(&again), blocks(&lease));
 }
 
 #[tokio::test]
