@@ -167,7 +167,7 @@ fn parse_spp(text: &str) -> Result<u32, String> {
 /// What becomes of numbered pictures.
 #[derive(Args, Debug)]
 pub(crate) struct Film {
-    /// Make no NAME.mp4 of several frames (made where ffmpeg is installed)
+    /// Make no NAME.mp4 of several frames, or NAME.0024-0047.mp4 of a part (made where ffmpeg is installed)
     #[arg(long)]
     no_video: bool,
 }

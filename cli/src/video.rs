@@ -10,15 +10,16 @@ use tokio::process::Command;
 /// pictures.
 const CRF: &str = "16";
 
-/// Make NAME.mp4 of the numbered PNG files of a job in `folder`; every frame of
-/// it must be written. What happened instead, in one line, when there is none.
+/// Make NAME.mp4 (see [`film_stem`]) of the numbered PNG files of a job in
+/// `folder`; every frame of it must be written. What happened instead, in one line, when there is none.
 pub(crate) async fn make(job: &JobView, folder: &Path, stem: &str) -> Result<PathBuf, String> {
     let Some(fps) = job.fps else {
         return Err("no film: the scene has no frame rate".to_owned());
     };
-    let film = folder.join(format!("{stem}.mp4"));
+    let name = film_stem(job, stem);
+    let film = folder.join(format!("{name}.mp4"));
     // Never half a film under its name. The ending tells ffmpeg the format.
-    let part = folder.join(format!("{stem}.part.mp4"));
+    let part = folder.join(format!("{name}.part.mp4"));
     let failed = |why: String| {
         let command = command_line(&arguments(job, fps, folder, stem, &film));
         format!("no {}: {why}. Made by: {command}", film.display())
@@ -47,6 +48,18 @@ pub(crate) async fn make(job: &JobView, folder: &Path, stem: &str) -> Result<Pat
     }
     std::fs::rename(&part, &film).map_err(|e| failed(e.to_string()))?;
     Ok(film)
+}
+
+/// Name of a job's film without its extension: a part of the animation has the
+/// scene's numbers of its first and last frame, as the film of another part must
+/// not take its place.
+fn film_stem(job: &JobView, stem: &str) -> String {
+    let settings = &job.settings;
+    let (first, last) = (settings.first_frame, settings.last_frame());
+    match job.animation_frames {
+        Some(all) if first == 0 && settings.frames >= all => stem.to_owned(),
+        _ => format!("{stem}.{first:04}-{last:04}"),
+    }
 }
 
 /// What ffmpeg is told: H.264, 4:2:0, BT.709, at the scene's frame rate.

@@ -77,6 +77,9 @@ pub struct JobView {
     /// Frames of the scene's animation per second; absent without one.
     #[serde(default)]
     pub fps: Option<f64>,
+    /// Frames of the scene's animation; absent without one.
+    #[serde(default)]
+    pub animation_frames: Option<u32>,
     /// Frames whose film is final.
     #[serde(default)]
     pub frames_done: u64,

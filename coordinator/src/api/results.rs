@@ -159,7 +159,7 @@ async fn answer(
     match outcome {
         CommitOutcome::Counted => {
             if part.bad_samples > 0 {
-                fail_if_too_bad(app, part.job).await?;
+                fail_if_too_bad(app, part.job, part.run.frame).await?;
             }
             app.job_changed();
             Ok(Json(ResultResponse { duplicate: false }))
@@ -182,12 +182,14 @@ async fn answer(
     }
 }
 
-async fn fail_if_too_bad(app: &App, id: JobId) -> Result<(), ApiError> {
+async fn fail_if_too_bad(app: &App, id: JobId, frame: u32) -> Result<(), ApiError> {
     let Some(job) = app.store.job(id).await? else {
         return Ok(());
     };
-    if too_many_bad(job.bad_samples, job.samples_total) {
-        let reason = bad_samples_reason(job.bad_samples, job.samples_total);
+    let bad = app.store.bad_samples(id, frame).await?;
+    let frame_samples = job.frame_samples();
+    if too_many_bad(bad, frame_samples) {
+        let reason = bad_samples_reason(job.settings.absolute_frame(frame), bad, frame_samples);
         app.store.fail_job(id, None, &reason, now_ms()).await?;
     }
     Ok(())

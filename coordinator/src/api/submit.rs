@@ -40,6 +40,7 @@ pub(crate) async fn submit(
         settings,
         post: scene.post,
         fps: scene.animation.map(|animation| animation.fps),
+        animation_frames: scene.animation.map(|animation| animation.frames),
         priority: request.priority,
         idempotency,
     };

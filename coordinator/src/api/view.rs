@@ -77,6 +77,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         settings: row.settings,
         scene_hash: row.manifest.scene,
         fps: row.fps,
+        animation_frames: row.animation_frames,
         frames_done: row.frames_done,
         submitted_ms: row.submitted_ms,
         finished_ms: row.finished_ms,

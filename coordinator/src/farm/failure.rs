@@ -41,20 +41,22 @@ pub const fn should_quarantine(streak: WorkerStreak) -> bool {
     streak.0 >= QUARANTINE_STREAK
 }
 
-/// Whether so many samples were no light that the picture is worthless. The
-/// share is of the whole job's samples: the verdict does not depend on the order
-/// in which results come.
+/// Whether so many samples of one frame were no light that the picture is
+/// worthless. The share is of all samples that the frame will have: the verdict
+/// does not depend on the order in which results come, nor on how many frames
+/// its job has.
 #[must_use]
-pub fn too_many_bad(bad_samples: u64, samples_total: u64) -> bool {
+pub fn too_many_bad(bad_samples: u64, frame_samples: u64) -> bool {
     bad_samples > BAD_SAMPLES_BORNE
-        && bad_samples as f64 > samples_total as f64 * BAD_SAMPLE_SHARE_MAX
+        && bad_samples as f64 > frame_samples as f64 * BAD_SAMPLE_SHARE_MAX
 }
 
-/// What is said of a job with [`too_many_bad`] samples.
+/// What is said of a job with [`too_many_bad`] samples in `frame` (the scene's
+/// number).
 #[must_use]
-pub fn bad_samples_reason(bad_samples: u64, samples_total: u64) -> String {
+pub fn bad_samples_reason(frame: u32, bad_samples: u64, frame_samples: u64) -> String {
     format!(
-        "{bad_samples} of {samples_total} samples are no light (NaN, infinite, negative or too \
+        "{bad_samples} of {frame_samples} samples of frame {frame} are no light (NaN, infinite, negative or too \
          large): the scene or the tracer is at fault; the coordinator's log names the first ones"
     )
 }

@@ -14,9 +14,11 @@ pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, Fo
     let Some(row) = app.store.job(job).await? else {
         return Ok(false);
     };
-    if too_many_bad(row.bad_samples, row.samples_total) {
+    let bad = app.store.bad_samples(job, frame).await?;
+    let frame_samples = row.frame_samples();
+    if too_many_bad(bad, frame_samples) {
         // Said when the result came, unless the process ended in between.
-        let reason = bad_samples_reason(row.bad_samples, row.samples_total);
+        let reason = bad_samples_reason(row.settings.absolute_frame(frame), bad, frame_samples);
         return Ok(app.store.fail_job(job, None, &reason, now_ms()).await?);
     }
     let plan = row.plan();

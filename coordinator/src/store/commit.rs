@@ -196,13 +196,17 @@ async fn add_to_job(
     if live.rows_affected() != 1 {
         return Ok(false);
     }
-    sqlx::query("UPDATE frame SET units_done = units_done + $3 WHERE job = $1 AND frame = $2")
-        .bind(part.job.0)
-        .bind(i64::from(part.run.frame))
-        .bind(units)
-        .execute(&mut **tx)
-        .await
-        .attempt("add to frame")?;
+    sqlx::query(
+        "UPDATE frame SET units_done = units_done + $3, bad_samples = bad_samples + $4 \
+         WHERE job = $1 AND frame = $2",
+    )
+    .bind(part.job.0)
+    .bind(i64::from(part.run.frame))
+    .bind(units)
+    .bind(big(part.bad_samples))
+    .execute(&mut **tx)
+    .await
+    .attempt("add to frame")?;
     Ok(true)
 }
 

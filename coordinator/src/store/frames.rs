@@ -25,6 +25,20 @@ pub struct FrameRow {
 const COLUMNS: &str = "frame, units_done, film_hash, error";
 
 impl Store {
+    /// Bad samples of a frame's counted runs; 0 when there is no such frame.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn bad_samples(&self, job: JobId, frame: u32) -> Result<u64, StoreError> {
+        let row = sqlx::query("SELECT bad_samples FROM frame WHERE job = $1 AND frame = $2")
+            .bind(job.0)
+            .bind(i64::from(frame))
+            .fetch_optional(&self.read)
+            .await
+            .attempt("read bad samples")?;
+        row.map_or(Ok(0), |row| count(&row, "bad_samples"))
+    }
+
     /// At most `limit` frames from number `from` on, in order: those that have
     /// rows.
     ///

@@ -125,6 +125,11 @@ fn migrator() -> Migrator {
             "frames",
             include_str!("../../migrations/0002_frames.sql"),
         ),
+        simple(
+            3,
+            "animation",
+            include_str!("../../migrations/0003_animation.sql"),
+        ),
     ])
 }
 

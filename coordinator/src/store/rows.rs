@@ -35,6 +35,8 @@ pub struct JobRow {
     pub post: Post,
     /// Frames of the scene's animation per second.
     pub fps: Option<f64>,
+    /// Frames of the scene's animation; jobs of older stores lack it.
+    pub animation_frames: Option<u32>,
     /// Higher is served first.
     pub priority: i32,
     /// Frames whose film is final.
@@ -76,6 +78,12 @@ impl JobRow {
         Plan::new(&self.settings)
     }
 
+    /// Samples of one frame, over all pixels.
+    #[must_use]
+    pub fn frame_samples(&self) -> u64 {
+        self.samples_total / u64::from(self.settings.frames.max(1))
+    }
+
     /// Units of all frames.
     #[must_use]
     pub fn units_total(&self) -> u64 {
@@ -86,7 +94,7 @@ impl JobRow {
 /// The columns of [`job_row`].
 macro_rules! job_columns {
     () => {
-        "id, name, manifest, settings, post, fps, priority, frames_done, units_done, samples_total, \
+        "id, name, manifest, settings, post, fps, animation_frames, priority, frames_done, units_done, samples_total, \
          samples_done, core_us, bad_samples, depth_cap_hits, unequal_results, ended, failure, \
          submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, \
          (SELECT count(*) FROM unit WHERE unit.job = job.id AND unit.state = 1) AS leased"
@@ -171,6 +179,10 @@ pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
         manifest: json(row, "manifest")?,
         settings: json(row, "settings")?,
         post: json(row, "post")?,
+        animation_frames: row
+            .try_get::<Option<i64>, _>("animation_frames")
+            .attempt("animation_frames")?
+            .and_then(|frames| u32::try_from(frames).ok()),
         fps: optional_text(row, "fps")?
             .map(|text| serde_json::from_str(&text).map_err(|e| corrupt("fps", e)))
             .transpose()?,

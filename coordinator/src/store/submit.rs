@@ -22,6 +22,8 @@ pub struct NewJob {
     pub post: Post,
     /// Frames of the scene's animation per second.
     pub fps: Option<f64>,
+    /// Frames of the scene's animation.
+    pub animation_frames: Option<u32>,
     /// Higher is served first.
     pub priority: i32,
     /// The client's idempotency key, and the hash of the body it came with.
@@ -95,8 +97,8 @@ async fn insert_job(
     let fps = fps.map(|fps| text("fps", fps)).transpose()?;
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
-         tiles, blocks, samples_total, submitted_ms, fps) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
+         tiles, blocks, samples_total, submitted_ms, fps, animation_frames) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
     )
     .bind(id)
     .bind(&new.name)
@@ -111,6 +113,7 @@ async fn insert_job(
     .bind(big(samples_total))
     .bind(now_ms)
     .bind(fps)
+    .bind(new.animation_frames.map(i64::from))
     .execute(&mut **tx)
     .await
     .attempt("insert job")?;

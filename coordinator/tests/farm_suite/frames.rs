@@ -1,6 +1,6 @@
 //! Jobs of several frames.
 
-use crate::farm::{Farm, SCENE, expected_hash, json, problem, start};
+use crate::farm::{Farm, SCENE, expected_hash, json, part, problem, start};
 use reqwest::StatusCode;
 use shearwater_shared::api::{FramePage, FrameState, FrameView, JobView, SettingsOverride};
 use shearwater_shared::limits::{FILM_HASHES_MAX, FRAMES_MAX};
@@ -48,11 +48,28 @@ async fn frames(farm: &Farm, job: &JobView, page_size: u32) -> Vec<FrameView> {
 }
 
 #[tokio::test]
+async fn one_frame_of_bad_samples_fails_a_long_film() {
+    let farm = start().await;
+    let job = submit(&farm, &moving(1000), SettingsOverride::default()).await;
+    let lease = farm.lease("w", 1e9).await.expect("work");
+    let run = lease.runs[0];
+    let mut bad = part(&job, lease.id, &run, "w");
+    // Of 3.9 million samples of the frame; nearly none of the film's.
+    bad.sums.bad.not_a_number = 17;
+    farm.deliver(&bad).await;
+    let failed = farm.job(job.id).await;
+    let reason = failed.failure.expect("failed");
+    let frame = format!("17 of 3932160 samples of frame {} ", run.frame);
+    assert!(reason.contains(&frame), "{reason}");
+}
+
+#[tokio::test]
 async fn every_frame_has_its_film_error_and_picture() {
     let farm = start().await;
     let job = submit(&farm, &moving(3), SettingsOverride::default()).await;
     assert_eq!((job.settings.first_frame, job.settings.frames), (0, 3));
     assert_eq!((job.units_total, job.fps), (3 * 16, Some(25.0)));
+    assert_eq!(job.animation_frames, Some(3));
     let waiting = frames(&farm, &job, 2).await;
     let states: Vec<FrameState> = waiting.iter().map(|frame| frame.state).collect();
     assert_eq!(states, [FrameState::Waiting; 3]);

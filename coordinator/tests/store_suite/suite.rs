@@ -33,6 +33,7 @@ async fn submit_frames(store: &Store, frames: u32) -> JobId {
         settings: RenderSettings { frames, ..SETTINGS },
         post: shearwater_shared::scene::Post::default(),
         fps: Some(24.0),
+        animation_frames: Some(8),
         priority: 0,
         idempotency: None,
     };
