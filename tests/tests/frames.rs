@@ -153,7 +153,7 @@ fn a_film_where_ffmpeg_is_and_a_word_where_it_is_not() {
     assert_eq!(&bytes[4..8], b"ftyp");
     assert!(!out.join("small.part.mp4").exists());
     // A part of it does not take its place.
-    let part = render(&scene, &out, &[&size[..], &["--frames", "1..3"]].concat());
+    let part = render(&scene, &out, &["--frames", "1..3"]);
     let name = out.join("small.0001-0002.mp4");
     assert_eq!(part.ok().json()["video"], name.to_str().expect("UTF-8"));
     assert_eq!(std::fs::read(&film).expect("film"), bytes);
