@@ -65,10 +65,14 @@ fn every_scene_is_the_same_film_for_one_worker_and_three() {
     for (one, three) in one.iter().zip(&three) {
         assert_eq!(one, three);
     }
-    // Only the two that differ in nothing but bloom share their film.
+    // A few ship twice for two comparisons, or differ in nothing but bloom.
     let mut hashes: Vec<&String> = one.iter().flat_map(|(_, hashes)| hashes).collect();
     let frames = hashes.len();
     hashes.sort();
     hashes.dedup();
-    assert!(hashes.len() + 1 >= frames, "scenes without a difference");
+    assert!(
+        hashes.len() * 10 >= frames * 8,
+        "{} different films of {frames}",
+        hashes.len()
+    );
 }
