@@ -115,11 +115,9 @@ impl Geometry {
 
     /// The closest hit at `0 < t < ray.t_max`. A particle's wall stops the ray with
     /// the chance of its opacity, decided by a hash of `key`, particle and wall (sprites
-    /// alike):
-    /// `key` must differ between samples and between the segments of a path. With
-    /// `USES` without [`PARTICLES`](crate::uses::PARTICLES), both are ignored and
-    /// cost nothing. A ray that is not
-    /// finite hits nothing.
+    /// alike): `key` must differ between samples and between the segments of a path.
+    /// Without [`PARTICLES`] in `USES` both are ignored and cost nothing. A ray that is
+    /// not finite hits nothing.
     #[inline]
     pub fn intersect<const USES: u8>(&self, ray: &Ray, key: u64) -> Option<Hit> {
         copies!(simd::intersect, USES, (self, ray, key))
@@ -127,7 +125,7 @@ impl Geometry {
 
     /// How much stands at `0 < t < ray.t_max`: triangles and water block, each
     /// crossing of a particle's wall or of a sprite adds its optical depth. Without
-    /// [`PARTICLES`](crate::uses::PARTICLES) in `USES` they are ignored. A ray that is not finite is clear.
+    /// [`PARTICLES`] in `USES` they are ignored. A ray that is not finite is clear.
     #[inline]
     pub fn transmittance_depth<const USES: u8>(&self, ray: &Ray) -> Occlusion {
         copies!(simd::transmittance, USES, (self, ray))

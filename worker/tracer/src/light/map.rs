@@ -92,7 +92,7 @@ impl SkyMap {
         self.lookup(self.uv(d))
     }
 
-    /// Radiance from `d`, and the density of [`Self::sample`] there.
+    /// Radiance from `d`, and the density of `sample` there.
     #[inline]
     #[must_use]
     pub fn radiance_and_pdf(&self, d: Vec3) -> (Vec3, f32) {
