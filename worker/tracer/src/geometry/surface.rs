@@ -8,7 +8,7 @@ use super::particles::Ellipsoid;
 use super::ray::{Hit, HitKind, Ray};
 use super::scene::Geometry;
 use super::sprites::Sprite;
-use crate::uses::EFFECTS;
+use crate::uses::{EFFECTS, MOTION, PARTICLES};
 
 /// A point on a surface, computed from the surface rather than along the ray: the
 /// error is that of the surface's coordinates, not of the ray's length.
@@ -35,6 +35,12 @@ impl SurfacePoint {
 impl Geometry {
     /// The point of a hit that a query of this geometry with this ray gave.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.surface_point_of::<{ MOTION | PARTICLES }>(ray, hit)
+    }
+
+    /// The same, for a hit of a query with these `USES`.
+    #[inline]
+    pub(crate) fn surface_point_of<const USES: u8>(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match hit.kind {
             HitKind::Water if EFFECTS => water_point(self.water_y().unwrap_or(0.0), ray, hit.t),
             HitKind::Triangle {
@@ -43,12 +49,16 @@ impl Geometry {
                 u,
                 v,
             } => match self.instances().get(instance as usize) {
-                Some(i) => {
-                    triangle_point(i, self.meshes()[i.mesh() as usize].corners(prim), u, v, ray)
-                }
+                Some(i) => triangle_point::<USES>(
+                    i,
+                    self.meshes()[i.mesh() as usize].corners(prim),
+                    u,
+                    v,
+                    ray,
+                ),
                 None => along(ray, hit.t),
             },
-            HitKind::Sprite { prim } if EFFECTS => match self
+            HitKind::Sprite { prim } if USES & PARTICLES != 0 => match self
                 .sprites
                 .as_ref()
                 .and_then(|f| f.sprites.sprites().get(prim as usize).zip(Some(f.eye)))
@@ -56,7 +66,7 @@ impl Geometry {
                 Some((s, eye)) => sprite_point(s, eye, ray, hit.t),
                 None => along(ray, hit.t),
             },
-            HitKind::Particle { prim, .. } if EFFECTS => match self
+            HitKind::Particle { prim, .. } if USES & PARTICLES != 0 => match self
                 .particles()
                 .and_then(|p| p.ellipsoids().get(prim as usize))
             {
@@ -91,7 +101,7 @@ fn water_point(height: f32, ray: &Ray, t: f32) -> SurfacePoint {
 
 /// Errors of the weighted sum, of the plane distance that a ray back computes
 /// (proportional to the edges), and of both ways through the transform.
-fn triangle_point(
+fn triangle_point<const USES: u8>(
     instance: &Instance,
     corners: [Vec3; 3],
     u: f32,
@@ -106,7 +116,7 @@ fn triangle_point(
     let local_error = sum_error + gamma(3) * e1.abs().max(e2.abs());
     let n = unit_cross(e1, e2);
     // What moves is undone at the ray's time as exactly as what stands still.
-    let moving = instance.motion.as_ref().filter(|_| EFFECTS);
+    let moving = instance.motion.as_ref().filter(|_| USES & MOTION != 0);
     let moved = moving.map(|m| m.both_ways(ray.time_s));
     let (world, inverse) = match &moved {
         Some((forth, back)) => (forth, back),

@@ -138,7 +138,7 @@ fn first_vertex<const USES: u8>(
         path.alive = false;
         return None;
     };
-    let at = interact(scene, path, &met);
+    let at = interact::<USES>(scene, path, &met);
     let (albedo, normal) = (at.albedo(), at.frame.normal);
     result.features = [
         albedo.x,
@@ -212,7 +212,7 @@ fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResul
             result.depth_capped = true;
             return;
         }
-        let at = interact(scene, path, &met);
+        let at = interact::<USES>(scene, path, &met);
         let (sun, sky) = light_rays::<USES>(scene, path, &at, depth);
         add_if_seen::<USES>(scene, sun, keys[0], result);
         add_if_seen::<USES>(scene, sky, keys[1], result);
@@ -222,9 +222,9 @@ fn finish<const USES: u8>(scene: &Scene, path: &mut Path, result: &mut PathResul
 }
 
 #[inline]
-fn interact(scene: &Scene, path: &mut Path, met: &Met) -> Vertex {
+fn interact<const USES: u8>(scene: &Scene, path: &mut Path, met: &Met) -> Vertex {
     path.cone_m += path.cone_rad * met.t();
-    met.vertex(scene, &path.ray, path.cone_m)
+    met.vertex::<USES>(scene, &path.ray, path.cone_m)
 }
 
 #[inline]

@@ -100,9 +100,14 @@ impl Met {
 
     /// The place where light scatters, for a ray that is `footprint_m` wide there.
     #[inline]
-    pub(super) fn vertex(&self, scene: &Scene, ray: &Ray, footprint_m: f32) -> Vertex {
+    pub(super) fn vertex<const USES: u8>(
+        &self,
+        scene: &Scene,
+        ray: &Ray,
+        footprint_m: f32,
+    ) -> Vertex {
         match self {
-            Self::Surface(hit) => interaction(scene, ray, hit, footprint_m),
+            Self::Surface(hit) => interaction::<USES>(scene, ray, hit, footprint_m),
             Self::Volume(collision) => {
                 let point = SurfacePoint {
                     p: ray.at(collision.t),

@@ -6,13 +6,18 @@ use crate::bsdf::shading_frame::{bend_normal, face_viewer};
 use crate::geometry::{Hit, HitKind, Ray};
 use crate::math::frame::Frame;
 use crate::scene::Scene;
-use crate::uses::EFFECTS;
+use crate::uses::{EFFECTS, PARTICLES};
 use glam::Vec3;
 
 /// What lies at a hit, for a ray that is `footprint_m` wide there.
 #[inline]
-pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32) -> Vertex {
-    let point = scene.geometry.surface_point(ray, hit);
+pub(super) fn interaction<const USES: u8>(
+    scene: &Scene,
+    ray: &Ray,
+    hit: &Hit,
+    footprint_m: f32,
+) -> Vertex {
+    let point = scene.geometry.surface_point_of::<USES>(ray, hit);
     let wo = -ray.d;
     let (n_shading, bsdf) = match hit.kind {
         HitKind::Triangle {
@@ -20,9 +25,11 @@ pub(super) fn interaction(scene: &Scene, ray: &Ray, hit: &Hit, footprint_m: f32)
             prim,
             u,
             v,
-        } => scene.surface(instance, prim, u, v, point.n_geometric, ray.time_s),
-        HitKind::Particle { prim, .. } if EFFECTS => (point.n_geometric, scene.particle_bsdf(prim)),
-        HitKind::Sprite { prim } if EFFECTS => {
+        } => scene.surface::<USES>(instance, prim, u, v, point.n_geometric, ray.time_s),
+        HitKind::Particle { prim, .. } if USES & PARTICLES != 0 => {
+            (point.n_geometric, scene.particle_bsdf(prim))
+        }
+        HitKind::Sprite { prim } if USES & PARTICLES != 0 => {
             return Vertex::without_surface(point, wo, scene.sprite_phase(prim));
         }
         HitKind::Water if EFFECTS => scene.water_surface(point.p, ray.time_s, footprint_m),

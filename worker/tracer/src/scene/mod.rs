@@ -20,7 +20,7 @@ use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
 use crate::medium::{Media, Phase};
-use crate::uses::{self, EFFECTS};
+use crate::uses;
 use crate::water::Sea;
 use clouds::CloudShading;
 use glam::{Vec2, Vec3};
@@ -105,7 +105,7 @@ impl Scene {
     /// Shading normal (either side) and scattering at a point of a triangle,
     /// `time_s` seconds after the shutter opens.
     #[inline]
-    pub(crate) fn surface(
+    pub(crate) fn surface<const USES: u8>(
         &self,
         instance: u32,
         prim: u32,
@@ -124,7 +124,7 @@ impl Scene {
             let local = mesh.normals[corners[0]] * w
                 + mesh.normals[corners[1]] * u
                 + mesh.normals[corners[2]] * v;
-            let to_world = if EFFECTS && placed.is_moving {
+            let to_world = if USES & uses::MOTION != 0 && placed.is_moving {
                 self.geometry.instances()[instance as usize].normal_from_local(time_s)
             } else {
                 placed.normal_from_local
