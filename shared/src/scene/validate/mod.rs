@@ -88,5 +88,5 @@ fn samples(at: &At<'_>, samples: u32) -> Result<(), SceneError> {
 }
 
 #[cfg(test)]
-#[path = "../validate_tests.rs"]
+#[path = "../validate_tests/mod.rs"]
 mod tests;

@@ -1,0 +1,6 @@
+//! Every value out of its range is refused at its place.
+
+mod clouds;
+mod motion;
+mod surroundings;
+mod things;
