@@ -1,4 +1,5 @@
 //! Small scenes and what is measured of them.
+#![allow(dead_code, reason = "each test binary uses its own part")]
 
 use shearwater_shared::film::{TileFilm, TileSums};
 use shearwater_shared::job::RenderSettings;
