@@ -13,8 +13,9 @@ use std::f64::consts::PI;
 /// breeze; the spectrum has no waves at 0.
 const WIND_MPS: Range = Range::Closed(0.1, 200.0);
 /// Side of the water tile or of its texture, or length of a wave, in metres: from a
-/// puddle to where one period spans the sea that a camera sees.
-const TILE_M: Range = Range::Closed(0.01, 1e6);
+/// puddle in a scene whose unit is the kilometre to where one period spans the sea that
+/// a camera sees.
+const TILE_M: Range = Range::Closed(1e-5, 1e6);
 /// When the waves are looked at, in seconds: eleven days around 0.
 const TIME_S: Range = Range::Closed(-1e6, 1e6);
 /// After how many seconds the waves are back: from one frame of the fastest camera

@@ -30,7 +30,7 @@ fn waters_by_hand_are_checked() {
         (
             gerstner(json!([wave(0.1), long])),
             "water.waves[1].wavelength_m",
-            "0.01 to 1000000 m",
+            "0.00001 to 1000000 m",
         ),
         (
             gerstner(json!([turned])),
@@ -50,7 +50,7 @@ fn waters_by_hand_are_checked() {
         (
             flat("texture_size_m", json!(0)),
             "water.texture_size_m",
-            "0: expected 0.01 to 1000000 m",
+            "0: expected 0.00001 to 1000000 m",
         ),
         (flat("ior", json!(0.9)), "water.ior", "1 to 4"),
         (
