@@ -3,6 +3,7 @@
 use crate::path::{LANES, PathResult, trace_batch};
 use crate::sampler::PixelSampler;
 use crate::scene::Scene;
+use crate::uses;
 use shearwater_shared::film::{
     BadSample, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half, fixed_from_f32,
     rgb_to_fixed,
@@ -23,22 +24,24 @@ pub fn render_run(
     cancel: &AtomicBool,
 ) -> Option<TileSums> {
     // Chosen once per run: see `uses`.
-    match scene.uses() {
+    match uses::copy_for(scene.uses()) {
         0 => render_tile::<0>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        1 => render_tile::<1>(scene, rect, samples, cancel),
+        8 => render_tile::<8>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        2 => render_tile::<2>(scene, rect, samples, cancel),
+        9 => render_tile::<9>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        3 => render_tile::<3>(scene, rect, samples, cancel),
+        10 => render_tile::<10>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        4 => render_tile::<4>(scene, rect, samples, cancel),
+        11 => render_tile::<11>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        5 => render_tile::<5>(scene, rect, samples, cancel),
+        12 => render_tile::<12>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        6 => render_tile::<6>(scene, rect, samples, cancel),
+        13 => render_tile::<13>(scene, rect, samples, cancel),
         #[cfg(feature = "effects")]
-        _ => render_tile::<7>(scene, rect, samples, cancel),
+        14 => render_tile::<14>(scene, rect, samples, cancel),
+        #[cfg(feature = "effects")]
+        _ => render_tile::<15>(scene, rect, samples, cancel),
         #[cfg(not(feature = "effects"))]
         _ => None,
     }
@@ -128,7 +131,8 @@ fn add_radiance(
     }
 }
 
-#[inline]
+// Once a sample, in each copy of the code: the compiler would make it a call.
+#[inline(always)]
 fn add_features(sums: &mut TileSums, pixel: usize, result: &PathResult) {
     let sum = &mut sums.features[FEATURE_CHANNELS * pixel..FEATURE_CHANNELS * (pixel + 1)];
     for (sum, value) in sum.iter_mut().zip(result.features) {

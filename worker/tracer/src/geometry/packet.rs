@@ -175,7 +175,7 @@ pub(super) fn intersect8<B: Backend, const USES: u8>(
     };
     let mut best = Best8::new(|lane| rays[lane].t_max);
     for (lane, ray) in rays.iter().enumerate() {
-        if let Some(t) = scene.water_distance(ray)
+        if let Some(t) = scene.water_distance::<USES>(ray)
             && t <= best.t[lane]
         {
             (best.t[lane], best.rank[lane]) = (t, rank::WATER);
@@ -214,7 +214,7 @@ pub(super) fn transmittance8<B: Backend, const USES: u8>(
     let mut best = Best8::new(|lane| rays[lane].t_max);
     let mut depth = [0; 8];
     for (lane, ray) in rays.iter().enumerate() {
-        if let Some(t) = scene.water_distance(ray)
+        if let Some(t) = scene.water_distance::<USES>(ray)
             && t <= best.t[lane]
         {
             (best.t[lane], depth[lane]) = (-1.0, u32::MAX);

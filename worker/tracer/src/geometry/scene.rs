@@ -11,7 +11,7 @@ use super::placement::Placement;
 use super::ray::{Hit, Occlusion, Ray};
 use super::simd::{self, Path};
 use super::sprites::{FacingSprites, Sprites};
-use crate::uses::{EFFECTS, MOTION, NOTHING, PARTICLES};
+use crate::uses::{MOTION, NOTHING, PARTICLES, SURROUNDINGS};
 
 /// Calls the copy of a query that what the scene uses needs. Media are none of the
 /// geometry's business: sets that differ only there share a copy.
@@ -19,10 +19,11 @@ macro_rules! copies {
     ($query:path, $uses:ident, $args:tt) => {{
         use $query as query;
         match $uses & (PARTICLES | MOTION) {
-            PARTICLES => query::<PARTICLES> $args,
-            MOTION => query::<MOTION> $args,
-            NOTHING => query::<NOTHING> $args,
-            _ => query::<{ PARTICLES | MOTION }> $args,
+            NOTHING if $uses & SURROUNDINGS == 0 => query::<NOTHING> $args,
+            NOTHING => query::<SURROUNDINGS> $args,
+            PARTICLES => query::<{ PARTICLES | SURROUNDINGS }> $args,
+            MOTION => query::<{ MOTION | SURROUNDINGS }> $args,
+            _ => query::<{ PARTICLES | MOTION | SURROUNDINGS }> $args,
         }
     }};
 }
@@ -147,8 +148,8 @@ impl Geometry {
 
     /// Distance to the water plane, if the ray goes there.
     #[inline(always)]
-    pub(super) fn water_distance(&self, ray: &Ray) -> Option<f32> {
-        if !EFFECTS {
+    pub(super) fn water_distance<const USES: u8>(&self, ray: &Ray) -> Option<f32> {
+        if USES & SURROUNDINGS == 0 {
             return None;
         }
         let t = (self.water_y? - ray.o.y) / ray.d.y;

@@ -34,7 +34,7 @@ pub(super) fn intersect<B: Backend, const USES: u8>(
         return None;
     }
     let mut best = Best::new(ray.t_max);
-    if let Some(t) = scene.water_distance(ray)
+    if let Some(t) = scene.water_distance::<USES>(ray)
         && t <= best.t
     {
         best.set(t, rank::WATER);
@@ -72,7 +72,7 @@ pub(super) fn transmittance<B: Backend, const USES: u8>(scene: &Geometry, ray: &
         return Occlusion::CLEAR;
     }
     let best = Best::new(ray.t_max);
-    if let Some(t) = scene.water_distance(ray)
+    if let Some(t) = scene.water_distance::<USES>(ray)
         && t <= best.t
     {
         return Occlusion::BLOCKED;

@@ -8,7 +8,7 @@ use super::particles::Ellipsoid;
 use super::ray::{Hit, HitKind, Ray};
 use super::scene::Geometry;
 use super::sprites::Sprite;
-use crate::uses::{EFFECTS, MOTION, PARTICLES};
+use crate::uses::{MOTION, PARTICLES, SURROUNDINGS};
 
 /// A point on a surface, computed from the surface rather than along the ray: the
 /// error is that of the surface's coordinates, not of the ray's length.
@@ -35,14 +35,16 @@ impl SurfacePoint {
 impl Geometry {
     /// The point of a hit that a query of this geometry with this ray gave.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.surface_point_of::<{ MOTION | PARTICLES }>(ray, hit)
+        self.surface_point_of::<{ MOTION | PARTICLES | SURROUNDINGS }>(ray, hit)
     }
 
     /// The same, for a hit of a query with these `USES`.
     #[inline]
     pub(crate) fn surface_point_of<const USES: u8>(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match hit.kind {
-            HitKind::Water if EFFECTS => water_point(self.water_y().unwrap_or(0.0), ray, hit.t),
+            HitKind::Water if USES & SURROUNDINGS != 0 => {
+                water_point(self.water_y().unwrap_or(0.0), ray, hit.t)
+            }
             HitKind::Triangle {
                 instance,
                 prim,

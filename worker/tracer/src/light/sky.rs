@@ -51,6 +51,12 @@ impl SkyLight {
         }
     }
 
+    /// Whether it is at a finite distance, so that it ends rays.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        matches!(self, Self::Dome(_))
+    }
+
     /// Where the sky ends the ray from `o` in the unit direction `d`, in metres
     /// along it: nothing beyond can be seen, nor dim any light. Infinite but for a
     /// dome.

@@ -100,7 +100,7 @@ fn camera_path<const USES: u8>(scene: &Scene, x: u32, y: u32, stream: SampleStre
         .camera
         .ray::<USES>(x as f32 + dx, y as f32 + dy, [lens[0], lens[1]], time_s);
     Path {
-        ray: ray_under_sky(scene, o, d, time_s),
+        ray: ray_under_sky::<USES>(scene, o, d, time_s),
         stream,
         throughput: Vec3::ONE,
         choice: Choice::ALONE,
@@ -361,7 +361,7 @@ fn scatter<const USES: u8>(scene: &Scene, path: &mut Path, at: &Vertex, depth: u
             .max((0.25 / sample.pdf.max(1e-6)).sqrt())
             .min(CONE_ANGLE_MAX);
     }
-    path.ray = ray_under_sky(
+    path.ray = ray_under_sky::<USES>(
         scene,
         at.point.origin_towards(wi),
         wi.normalize(),

@@ -72,7 +72,7 @@ fn shadow_ray<const USES: u8>(
     // NaN passes, to be counted as a bad sample.
     if contribution != Vec3::ZERO {
         Some(ShadowRay {
-            ray: ray_under_sky(scene, at.point.origin_towards(wi), wi, time_s),
+            ray: ray_under_sky::<USES>(scene, at.point.origin_towards(wi), wi, time_s),
             contribution,
         })
     } else {

@@ -2,7 +2,7 @@
 
 use crate::geometry::Ray;
 use crate::scene::Scene;
-use crate::uses::EFFECTS;
+use crate::uses::SURROUNDINGS;
 use glam::Vec3;
 
 /// How the direction of a path segment was chosen, and what else could have
@@ -38,9 +38,11 @@ pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
 
 /// A ray of the scene: a finite sky ends it.
 #[inline]
-pub(super) fn ray_under_sky(scene: &Scene, o: Vec3, d: Vec3, time_s: f32) -> Ray {
+pub(super) fn ray_under_sky<const USES: u8>(scene: &Scene, o: Vec3, d: Vec3, time_s: f32) -> Ray {
     let mut ray = Ray::at_time(o, d, time_s);
-    if EFFECTS && let Some(sky) = &scene.common.sky {
+    if USES & SURROUNDINGS != 0
+        && let Some(sky) = &scene.common.sky
+    {
         ray.t_max = sky.reach(o, d);
     }
     ray

@@ -6,7 +6,7 @@ use crate::bsdf::shading_frame::{bend_normal, face_viewer};
 use crate::geometry::{Hit, HitKind, Ray};
 use crate::math::frame::Frame;
 use crate::scene::Scene;
-use crate::uses::{EFFECTS, PARTICLES};
+use crate::uses::{PARTICLES, SURROUNDINGS};
 use glam::Vec3;
 
 /// What lies at a hit, for a ray that is `footprint_m` wide there.
@@ -32,7 +32,9 @@ pub(super) fn interaction<const USES: u8>(
         HitKind::Sprite { prim } if USES & PARTICLES != 0 => {
             return Vertex::without_surface(point, wo, scene.sprite_phase(prim));
         }
-        HitKind::Water if EFFECTS => scene.water_surface(point.p, ray.time_s, footprint_m),
+        HitKind::Water if USES & SURROUNDINGS != 0 => {
+            scene.water_surface(point.p, ray.time_s, footprint_m)
+        }
         _ => (point.n_geometric, Bsdf::Lambert { albedo: Vec3::ZERO }),
     };
     let (n_shading, n_geometric) = face_viewer(n_shading, point.n_geometric, wo);

@@ -99,6 +99,10 @@ impl Scene {
         if !self.common.media.is_empty() {
             bits |= uses::MEDIA;
         }
+        let dome = matches!(&self.common.sky, Some(sky) if sky.is_finite());
+        if self.geometry.water_y().is_some() || dome {
+            bits |= uses::SURROUNDINGS;
+        }
         bits
     }
 

@@ -4,7 +4,7 @@ use glam::{Affine3A, DVec3, Vec3};
 use shearwater_tracer::geometry::{
     Ellipsoid, Geometry, Hit, HitKind, Instance, Particles, Ray, Sprite, Sprites, TriMesh,
 };
-use shearwater_tracer::uses::{NOTHING, PARTICLES};
+use shearwater_tracer::uses::{NOTHING, PARTICLES, SURROUNDINGS};
 
 use super::shapes::{Mesh, Random, alone, ball, skew, soup};
 
@@ -284,19 +284,27 @@ fn equal_distances_go_to_the_lower_rank() {
 fn water_lies_at_its_height() {
     let scene = Geometry::build(vec![], vec![], None, Some(3.0)).unwrap();
     let down = Ray::new(Vec3::new(0.0, 10.0, 0.0), Vec3::new(0.6, -0.8, 0.0));
-    let hit = scene.intersect::<NOTHING>(&down, 0).unwrap();
+    let hit = scene.intersect::<SURROUNDINGS>(&down, 0).unwrap();
     assert_eq!(hit.kind, HitKind::Water);
     assert!((hit.t - 8.75).abs() < 1e-6);
     let point = scene.surface_point(&down, &hit);
     assert_eq!((point.p.y, point.n_geometric), (3.0, Vec3::Y));
-    assert!(scene.transmittance_depth::<NOTHING>(&down).is_blocked());
+    assert!(
+        scene
+            .transmittance_depth::<SURROUNDINGS>(&down)
+            .is_blocked()
+    );
     let short = Ray { t_max: 8.7, ..down };
-    assert!(scene.intersect::<NOTHING>(&short, 0).is_none());
-    assert!(!scene.transmittance_depth::<NOTHING>(&short).is_blocked());
+    assert!(scene.intersect::<SURROUNDINGS>(&short, 0).is_none());
+    assert!(
+        !scene
+            .transmittance_depth::<SURROUNDINGS>(&short)
+            .is_blocked()
+    );
     let up = Ray::new(down.o, Vec3::Y);
-    assert!(scene.intersect::<NOTHING>(&up, 0).is_none());
+    assert!(scene.intersect::<SURROUNDINGS>(&up, 0).is_none());
     let level = Ray::new(Vec3::new(0.0, 3.0, 0.0), Vec3::X);
-    assert!(scene.intersect::<NOTHING>(&level, 0).is_none());
+    assert!(scene.intersect::<SURROUNDINGS>(&level, 0).is_none());
     // From the surface itself, upwards and downwards.
     for w in [
         Vec3::new(0.99, 0.01, 0.0).normalize(),
@@ -304,6 +312,10 @@ fn water_lies_at_its_height() {
     ] {
         let o = point.origin_towards(w);
         assert!(o.y != 3.0 && (o.y > 3.0) == (w.y > 0.0));
-        assert!(scene.intersect::<NOTHING>(&Ray::new(o, w), 0).is_none());
+        assert!(
+            scene
+                .intersect::<SURROUNDINGS>(&Ray::new(o, w), 0)
+                .is_none()
+        );
     }
 }

@@ -4,7 +4,7 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use shearwater_tracer::geometry::{
     Geometry, HitKind, Instance, Joint, Keyed, PIECES, Ray, TriMesh, Turn,
 };
-use shearwater_tracer::uses::{MOTION, NOTHING};
+use shearwater_tracer::uses::{MOTION, SURROUNDINGS};
 
 use super::shapes::{Mesh, Random, ball, skew, soup};
 
@@ -224,7 +224,7 @@ fn a_moving_instance_at_a_time_is_a_still_one_there() {
                 let ray = Ray::at_time(o, (to - o).normalize(), time_s);
                 let (a, b) = (
                     moving.intersect::<MOTION>(&ray, 0),
-                    still.intersect::<NOTHING>(&ray, 0),
+                    still.intersect::<SURROUNDINGS>(&ray, 0),
                 );
                 match (a, b) {
                     (None, None) => {}
