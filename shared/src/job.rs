@@ -2,6 +2,7 @@
 
 use crate::hash::ContentHash;
 use crate::limits;
+use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -91,6 +92,9 @@ pub struct RenderSettings {
     /// its absolute number, whatever other frames the job has.
     #[serde(default)]
     pub first_frame: u32,
+    /// What ends it earlier.
+    #[serde(default, skip_serializing_if = "Stop::is_default")]
+    pub stop: Stop,
 }
 
 const fn one() -> u32 {
@@ -163,6 +167,24 @@ impl RenderSettings {
                 ),
             );
         }
+        if let Some(seconds) = self.stop.seconds
+            && !(1..=limits::STOP_SECONDS_MAX).contains(&seconds)
+        {
+            return fail(
+                "stop.seconds",
+                seconds.into(),
+                format!("1 to {} seconds", limits::STOP_SECONDS_MAX),
+            );
+        }
+        if let Some(&last) = self.stop.cuts.ends().last()
+            && last >= self.samples / 2
+        {
+            return fail(
+                "stop.cuts",
+                last.into(),
+                format!("cuts below {}, the samples of each half", self.samples / 2),
+            );
+        }
         Ok(())
     }
 
@@ -226,6 +248,7 @@ mod tests {
         seed: 0,
         frames: 1,
         first_frame: 0,
+        stop: Stop::NONE,
     };
 
     #[test]
@@ -278,6 +301,22 @@ mod tests {
         for (settings, field) in cases {
             assert_eq!(settings.validate().map_err(|e| e.field), Err(field));
         }
+    }
+
+    #[test]
+    fn stop_rules_out_of_range_are_named() {
+        let with = |seconds, cuts: Vec<u32>| RenderSettings {
+            stop: Stop {
+                seconds,
+                cuts: cuts.try_into().expect("cuts"),
+                ..Stop::NONE
+            },
+            ..GOOD
+        };
+        assert_eq!(with(Some(1), vec![1]).validate(), Ok(()));
+        let field = |settings: RenderSettings| settings.validate().map_err(|e| e.field);
+        assert_eq!(field(with(Some(0), vec![])), Err("stop.seconds"));
+        assert_eq!(field(with(None, vec![2])), Err("stop.cuts"));
     }
 
     #[test]

@@ -13,4 +13,5 @@ pub mod limits;
 pub mod plan;
 pub mod routes;
 pub mod scene;
+pub mod stop;
 pub mod wire;

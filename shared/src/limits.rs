@@ -7,6 +7,16 @@ pub const IMAGE_PIXELS_MAX: u64 = 1 << 26;
 /// Most samples per pixel: two halves of 2^23 keep every index in 32 bits and
 /// every sum of a run below 2^62 (see [`crate::film::SAMPLE_MAX`]).
 pub const SAMPLES_MAX: u32 = 1 << 24;
+/// Smallest and largest error that a job may stop at (relative mean squared error):
+/// below, a million samples per pixel do not get there; above, nothing is seen.
+pub const ERROR_TARGET_MIN: f64 = 1e-9;
+/// See [`ERROR_TARGET_MIN`].
+pub const ERROR_TARGET_MAX: f64 = 10.0;
+/// Longest time that a job may be given, in seconds: a year.
+pub const STOP_SECONDS_MAX: u32 = 366 * 86_400;
+/// Most cuts of a job's samples beside its blocks: additions to a job that stood
+/// at an odd number of samples. Further ones must start at a multiple of 128.
+pub const CUTS_MAX: usize = 16;
 /// Most frames of one job, and one past the largest number of a frame; rows are
 /// made lazily, so this bounds numbers only.
 pub const FRAMES_MAX: u32 = 1_000_000;

@@ -1,14 +1,18 @@
 //! The plan: how a frame falls into units. A function of the job's settings
 //! alone, never of the workers, so every process derives the same one.
 //!
-//! A frame is a grid of tiles; the samples of a tile are cut into blocks. Block
-//! `b` covers the sample indices `[b * B, (b + 1) * B)` of *each* half, so both
-//! halves of a tile always hold equally many samples. A unit is (frame, tile,
-//! block); a run is a contiguous range of blocks of one tile, rendered and
-//! delivered as one part.
+//! A frame is a grid of tiles; the samples of a tile are cut into blocks. A block
+//! covers the same sample indices of *each* half, so both halves of a tile always
+//! hold equally many samples; it ends at the next multiple of 64, at a cut of the
+//! settings, or at the last sample. A unit is (frame, tile, block); a run is a
+//! contiguous range of blocks of one tile, rendered and delivered as one part.
+//!
+//! With more samples or another cut behind the last one, every block that there
+//! was keeps its number and its samples, if the old last sample is a cut.
 
 use crate::job::RenderSettings;
 use crate::limits::TILE_SIDE;
+use crate::stop::Cuts;
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -16,13 +20,18 @@ use std::ops::Range;
 /// 2^19 samples, about half a second of one core.
 const BLOCK_SAMPLES_PER_HALF: u32 = 64;
 
+/// Samples per pixel, both halves, at which the first decision about a tile falls:
+/// with fewer the error estimate itself is too noisy. A job with an error target
+/// cuts its blocks there.
+pub const LEVEL_SAMPLES_MIN: u32 = 64;
+
 /// How the frames of a job fall into units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
     width: u32,
     height: u32,
     samples_per_half: u32,
-    block_samples: u32,
+    cuts: Cuts,
 }
 
 /// The pixels of one tile: `[x0, x0 + width) x [y0, y0 + height)`, y downward.
@@ -82,7 +91,7 @@ impl Plan {
             width: settings.width,
             height: settings.height,
             samples_per_half,
-            block_samples: BLOCK_SAMPLES_PER_HALF.min(samples_per_half),
+            cuts: settings.stop.cuts,
         }
     }
 
@@ -112,13 +121,68 @@ impl Plan {
 
     /// Blocks of a tile.
     #[must_use]
-    pub const fn blocks(&self) -> u32 {
-        self.samples_per_half.div_ceil(self.block_samples)
+    pub fn blocks(&self) -> u32 {
+        self.blocks_before(self.samples_per_half)
+    }
+
+    /// Blocks of a tile that begin before the sample index `end`.
+    fn blocks_before(&self, end: u32) -> u32 {
+        let cuts = self.own_cuts().filter(|&cut| cut < end);
+        end.div_ceil(BLOCK_SAMPLES_PER_HALF) + u32::try_from(cuts.count()).unwrap_or(0)
+    }
+
+    /// Cuts where no block would end otherwise.
+    fn own_cuts(&self) -> impl Iterator<Item = u32> {
+        let cuts = self.cuts.ends().iter().copied();
+        cuts.filter(|cut| !cut.is_multiple_of(BLOCK_SAMPLES_PER_HALF))
+    }
+
+    /// One past the last sample index of block `block`, one of this plan.
+    fn block_end(&self, block: u32) -> u32 {
+        let mut before = 0;
+        for cut in self.own_cuts() {
+            // The block that ends at this cut.
+            let number = cut / BLOCK_SAMPLES_PER_HALF + before;
+            if number == block {
+                return cut;
+            }
+            if number > block {
+                break;
+            }
+            before += 1;
+        }
+        (block - before + 1)
+            .saturating_mul(BLOCK_SAMPLES_PER_HALF)
+            .min(self.samples_per_half)
+    }
+
+    /// Sample counts of each half at which a job with an error target decides
+    /// which tiles go on: powers of two from [`LEVEL_SAMPLES_MIN`] / 2, cuts,
+    /// and the last sample; rising.
+    #[must_use]
+    pub fn levels(&self) -> Vec<u32> {
+        let powers = (0..u32::BITS).map(|k| 1u32 << k);
+        let mut ends: Vec<u32> = powers
+            .chain(self.cuts.ends().iter().copied())
+            .filter(|&end| end >= LEVEL_SAMPLES_MIN / 2 && end < self.samples_per_half)
+            .collect();
+        ends.push(self.samples_per_half);
+        ends.sort_unstable();
+        ends.dedup();
+        ends
+    }
+
+    /// Blocks of a tile up to level `level` of [`Plan::levels`]; `None` when
+    /// there is no such level.
+    #[must_use]
+    pub fn level_blocks(&self, level: u32) -> Option<u32> {
+        let end = *self.levels().get(level as usize)?;
+        Some(self.blocks_before(end))
     }
 
     /// Units of a frame.
     #[must_use]
-    pub const fn units_per_frame(&self) -> u64 {
+    pub fn units_per_frame(&self) -> u64 {
         self.tiles() as u64 * self.blocks() as u64
     }
 
@@ -151,9 +215,11 @@ impl Plan {
         if run.tile >= self.tiles() || run.block0 >= run.block1 || run.block1 > self.blocks() {
             return None;
         }
-        let end = (u64::from(run.block1) * u64::from(self.block_samples))
-            .min(self.samples_per_half.into());
-        Some(run.block0 * self.block_samples..u32::try_from(end).ok()?)
+        let start = match run.block0 {
+            0 => 0,
+            block0 => self.block_end(block0 - 1),
+        };
+        Some(start..self.block_end(run.block1 - 1))
     }
 
     /// Samples (both halves, all pixels) of a run; 0 when it is not of this plan.
@@ -171,6 +237,7 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stop::Stop;
 
     fn plan(width: u32, height: u32, samples: u32) -> Plan {
         Plan::new(&RenderSettings {
@@ -180,7 +247,84 @@ mod tests {
             seed: 0,
             frames: 1,
             first_frame: 0,
+            stop: Stop::NONE,
         })
+    }
+
+    fn cut_plan(samples: u32, cuts: &[u32]) -> Plan {
+        let cuts = Cuts::try_from(cuts.to_vec()).expect("cuts");
+        Plan {
+            cuts,
+            ..plan(64, 64, samples)
+        }
+    }
+
+    fn ranges(plan: &Plan) -> Vec<Range<u32>> {
+        let block = |block| Run {
+            frame: 0,
+            tile: 0,
+            block0: block,
+            block1: block + 1,
+        };
+        let blocks = (0..plan.blocks()).map(|b| plan.sample_range(&block(b)).expect("block"));
+        blocks.collect()
+    }
+
+    #[test]
+    fn cuts_end_blocks_and_leave_the_others() {
+        assert_eq!(ranges(&plan(64, 64, 100)), [0..50]);
+        assert_eq!(ranges(&cut_plan(256, &[50])), [0..50, 50..64, 64..128]);
+        assert_eq!(
+            ranges(&cut_plan(512, &[32, 50, 130])),
+            [0..32, 32..50, 50..64, 64..128, 128..130, 130..192, 192..256]
+        );
+        // A cut at a block's own end changes nothing.
+        assert_eq!(
+            ranges(&cut_plan(512, &[64, 128])),
+            ranges(&plan(64, 64, 512))
+        );
+        let whole = |plan: &Plan| Run {
+            frame: 0,
+            tile: 0,
+            block0: 0,
+            block1: plan.blocks(),
+        };
+        let odd = cut_plan(300, &[1, 2, 3, 149]);
+        assert_eq!(odd.sample_range(&whole(&odd)), Some(0..150));
+    }
+
+    #[test]
+    fn additions_keep_every_block_that_there_was() {
+        for first in (2..400).step_by(2) {
+            let before = ranges(&plan(64, 64, first));
+            for more in [2, 30, 128, 500] {
+                let after = ranges(&cut_plan(first + more, &[first / 2]));
+                assert_eq!(after[..before.len()], before, "{first} + {more}");
+                assert_eq!(after.last().map(|r| r.end), Some((first + more) / 2));
+                assert!(after.windows(2).all(|w| w[0].end == w[1].start));
+                assert!(
+                    after
+                        .iter()
+                        .all(|r| r.end > r.start && r.end - r.start <= 64)
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn levels_are_powers_of_two_and_ends_of_blocks() {
+        let adaptive = cut_plan(1000, &[32]);
+        assert_eq!(adaptive.levels(), [32, 64, 128, 256, 500]);
+        let blocks: Vec<_> = (0..6).map(|level| adaptive.level_blocks(level)).collect();
+        assert_eq!(blocks, [Some(1), Some(2), Some(3), Some(5), Some(9), None]);
+        let ends: Vec<u32> = ranges(&adaptive).iter().map(|range| range.end).collect();
+        for level in adaptive.levels() {
+            assert!(ends.contains(&level), "{level}");
+        }
+        // Levels of before keep their numbers.
+        let longer = cut_plan(4000, &[32, 500]);
+        assert_eq!(longer.levels(), [32, 64, 128, 256, 500, 512, 1024, 2000]);
+        assert_eq!(plan(64, 64, 16).levels(), [8]);
     }
 
     #[test]

@@ -30,13 +30,13 @@ pub(crate) enum SceneFailure {
     Stopped,
 }
 
-/// What tells two frames of one stage apart. The number of a job's frames is
-/// not in it: jobs that cut one film in another way share its frames.
+/// What tells two frames of one stage apart. The numbers of a job's frames and of
+/// its samples are not in it: jobs that cut one film in another way share its
+/// frames, and a job that was added to goes on with them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct FrameKey {
     width: u32,
     height: u32,
-    samples: u32,
     seed: u64,
     /// The scene's number of the frame.
     frame: u32,
@@ -48,15 +48,15 @@ impl FrameKey {
         let RenderSettings {
             width,
             height,
-            samples,
+            samples: _,
             seed,
             frames: _,
             first_frame: _,
+            stop: _,
         } = *settings;
         Self {
             width,
             height,
-            samples,
             seed,
             frame: settings.absolute_frame(frame),
         }

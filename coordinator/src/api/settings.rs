@@ -22,6 +22,7 @@ pub(super) fn merged(
         seed: given.seed.unwrap_or(0),
         frames: frames(given, first_frame, animated)?,
         first_frame,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     settings
         .validate()

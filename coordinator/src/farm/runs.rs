@@ -77,6 +77,7 @@ mod tests {
             seed: 0,
             frames: 1,
             first_frame: 0,
+            stop: shearwater_shared::stop::Stop::NONE,
         })
     }
 

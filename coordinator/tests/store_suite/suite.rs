@@ -17,6 +17,7 @@ pub(crate) const SETTINGS: RenderSettings = RenderSettings {
     seed: 0,
     frames: 3,
     first_frame: 5,
+    stop: shearwater_shared::stop::Stop::NONE,
 };
 
 pub(crate) async fn submit(store: &Store) -> JobId {

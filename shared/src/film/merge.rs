@@ -293,6 +293,7 @@ mod tests {
             seed: 0,
             frames: 1,
             first_frame: 0,
+            stop: crate::stop::Stop::NONE,
         });
         let tiles: Vec<TileFilm> = (0..plan.tiles())
             .map(|t| {

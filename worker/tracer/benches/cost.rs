@@ -62,6 +62,7 @@ fn render(scene: &Value) -> Result<(), String> {
         seed: 0,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let options = BuildOptions::default();
     let (scene, _) =

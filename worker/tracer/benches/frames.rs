@@ -38,6 +38,7 @@ fn measure(path: &Path) {
         seed: 0,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let start = Instant::now();
     let (stage, _) = Stage::build(&description, &assets, BuildOptions::default()).expect("builds");

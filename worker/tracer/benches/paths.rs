@@ -52,6 +52,7 @@ fn measure(name: &str, description: &SceneDescription, assets: &Assets, samples:
         seed: 0,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let start = Instant::now();
     let scene = match Scene::build(description, assets, &settings, 0, BuildOptions::default()) {

@@ -108,6 +108,7 @@ pub(crate) fn scene(
         seed,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     Scene::build(&description, &assets, &settings, 0, options)
         .expect("a scene that builds")

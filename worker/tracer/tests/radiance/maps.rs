@@ -50,6 +50,7 @@ fn textured(material: &str, texel: usize) -> Scene {
         seed: 7,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let description = parse(json.as_bytes()).expect("a valid scene");
     Scene::build(&description, &assets, &settings, 0, BuildOptions::default())

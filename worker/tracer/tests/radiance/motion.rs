@@ -42,6 +42,7 @@ fn frame(stage: &Stage, frame: u32) -> Scene {
         seed: 5,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     stage.frame(&settings, frame).unwrap()
 }

@@ -102,6 +102,7 @@ fn frame(stage: &Stage) -> Scene {
         samples: 2,
         seed: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
         frames: 1,
     };
     stage.frame(&settings, 0).expect("a frame")
@@ -190,6 +191,7 @@ fn sprites_face_the_camera_at_each_frame() {
             samples: 2,
             seed: 1,
             first_frame: 0,
+            stop: shearwater_shared::stop::Stop::NONE,
             frames: 3,
         };
         let scene = stage.frame(&settings, number).expect("a frame");

@@ -48,6 +48,7 @@ fn the_shutter_blurs_the_water_only() {
             seed: 1,
             frames: 1,
             first_frame: 0,
+            stop: shearwater_shared::stop::Stop::NONE,
         };
         let options = BuildOptions::default();
         let scene = Scene::build(&description, &Assets::new(), &settings, 0, options)

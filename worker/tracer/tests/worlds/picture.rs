@@ -71,6 +71,7 @@ pub(crate) fn render(
         seed,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let assets = place::assets(far_mesh);
     let (scene, _) = Scene::build(&description, &assets, &settings, 0, BuildOptions::default())
