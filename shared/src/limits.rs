@@ -62,6 +62,18 @@ pub const TEXTURE_DECODE_BYTES_MAX: u64 = 2 << 30;
 /// scattering on one path in a thousand ends by roulette at each, so nobody comes
 /// here (0.999^65000 is 6e-29), and hits of the cap are counted.
 pub const PATH_DEPTH_MAX: u32 = 65_536;
+/// Scatterings that may draw from Sobol points: one after the other gains less, and
+/// 2 + 2 * 8 groups of dimensions are more than any path in a picture makes use of.
+pub const SOBOL_SCATTERINGS_MAX: u32 = 8;
+/// Scatterings before Russian roulette may begin: beyond a few dozen a path only
+/// takes time.
+pub const ROULETTE_FROM_MAX: u32 = 64;
+/// The chance to survive roulette may be bounded from below by at least this, so
+/// that no sample counts for more than a thousand, and by at most
+/// [`SURVIVAL_MIN_MAX`], so that white clouds come to an end.
+pub const SURVIVAL_MIN_MIN: f64 = 0.001;
+/// Highest lower bound of the chance to survive.
+pub const SURVIVAL_MIN_MAX: f64 = 0.99;
 /// Memory of all textures of a scene, in bytes: a worker holds two scenes.
 pub const TEXTURES_BYTES_MAX: u64 = 4 << 30;
 /// Largest JSON body of any request but a job's submission.

@@ -16,6 +16,7 @@ mod parse;
 mod post;
 mod range;
 pub mod references;
+mod sampling;
 mod sky;
 mod tagged;
 #[cfg(test)]
@@ -34,6 +35,7 @@ pub use material::{
 pub use mesh::{Instance, Mesh, Normals};
 pub use parse::{SceneError, parse, schema_json};
 pub use post::{Bloom, Post, View};
+pub use sampling::{Mis, Roulette, RouletteRule, Sampler, Sampling, SkySampling};
 pub use sky::{AtmosphereSky, ConstantSky, DomeSky, MapSky, Sky, Sun};
 pub use volume::{
     EllipsoidVolume, GridVolume, March, Tracking, VolumeCloud, VolumeMethod, VolumeNoise,
@@ -92,6 +94,9 @@ pub struct SceneDescription {
     /// Clouds.
     #[serde(default)]
     pub clouds: Vec<Cloud>,
+    /// How paths are sampled.
+    #[serde(default)]
+    pub sampling: Sampling,
     /// From radiance to a picture.
     #[serde(default)]
     pub post: Post,

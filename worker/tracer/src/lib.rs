@@ -21,6 +21,7 @@ mod path;
 mod render;
 pub mod sampler;
 mod scene;
+mod strategy;
 pub mod uses;
 pub mod water;
 

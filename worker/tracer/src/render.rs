@@ -77,7 +77,14 @@ fn render_pixel<const USES: u8>(
     pixel: usize,
     sums: &mut TileSums,
 ) {
-    let sampler = PixelSampler::new(scene.seed, scene.frame, half, x, y);
+    let sampler = PixelSampler::new(
+        scene.seed,
+        scene.frame,
+        half,
+        x,
+        y,
+        scene.common.strategy.pattern,
+    );
     let with_features = samples.start + feature_samples_of_half(&samples);
     let mut results = [PathResult::default(); LANES];
     let mut index = samples.start;

@@ -7,6 +7,7 @@ mod materials;
 mod meshes;
 mod parents;
 mod post;
+mod sampling;
 mod sky;
 mod volume;
 mod water;
@@ -45,6 +46,7 @@ pub(super) fn validate(scene: &SceneDescription) -> Result<(), SceneError> {
         water::water(&root.field("water"), water_described)?;
     }
     clouds::clouds(&root.field("clouds"), &scene.clouds)?;
+    sampling::sampling(&root.field("sampling"), &scene.sampling)?;
     post::post(&root.field("post"), &scene.post)
 }
 

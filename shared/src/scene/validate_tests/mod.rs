@@ -2,5 +2,6 @@
 
 mod clouds;
 mod motion;
+mod sampling;
 mod surroundings;
 mod things;

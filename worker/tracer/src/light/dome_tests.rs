@@ -1,7 +1,7 @@
 //! The dome against geometry: inverse squares, parallax, densities.
 
 use super::*;
-use crate::light::SkySampling;
+use crate::light::MapTables;
 use crate::math::frame::Frame;
 use crate::math::hash::{mix32, u32_to_unit};
 use crate::math::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -14,7 +14,11 @@ fn dome(width: usize, height: usize, texel: impl Fn(usize, usize) -> f32) -> Sky
     let rgb = (0..width * height)
         .map(|i| [texel(i % width, i / width); 3])
         .collect();
-    let map = SkyMap::new(width, height, rgb, 0.0, SkySampling::Always);
+    let any = MapTables {
+        any_contrast: true,
+        ..MapTables::default()
+    };
+    let map = SkyMap::new(width, height, rgb, 0.0, any);
     SkyDome::new(Arc::new(map), CENTRE, RADIUS)
 }
 

@@ -17,13 +17,16 @@ pub struct SkyMap {
     tables: Option<CellTables>,
 }
 
-/// When a map gets sampling tables.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SkySampling {
-    /// Only a map so uneven that its bright places would be hit by luck.
-    WhereItPays,
-    /// Any map.
-    Always,
+/// Which sampling tables a map gets.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MapTables {
+    /// Any map gets them, not only one so uneven that its bright places would be
+    /// hit by luck.
+    pub any_contrast: bool,
+    /// In proportion to what lies above the mean radiance (Karlik et al. 2019, "MIS
+    /// Compensation"); the rest of the map has density 0, and a map without
+    /// anything above its mean has no tables.
+    pub compensated: bool,
 }
 
 /// A direction of a map.
@@ -52,14 +55,14 @@ impl SkyMap {
         height: usize,
         rgb: Vec<[f32; 3]>,
         rotation_deg: f64,
-        sampling: SkySampling,
+        wanted: MapTables,
     ) -> Self {
         let turn = rotation_deg / 360.0;
         let turn = (turn - libm::floor(turn)) as f32;
         let (mean, contrast) = mean_and_contrast(width, height, &rgb);
-        let pays = sampling == SkySampling::Always || contrast > CONTRAST_MIN;
-        let tables = if pays {
-            CellTables::new(width, height, &rgb)
+        let tables = if wanted.any_contrast || contrast > CONTRAST_MIN {
+            let below = if wanted.compensated { mean } else { 0.0 };
+            CellTables::new(width, height, &rgb, below)
         } else {
             None
         };
@@ -182,6 +185,11 @@ mod tests {
     use crate::math::hash::u32_to_unit;
     use crate::sampler::sobol4_owen;
 
+    const ANY: MapTables = MapTables {
+        any_contrast: true,
+        compensated: false,
+    };
+
     fn draws(n: u32) -> impl Iterator<Item = [f32; 2]> {
         (0..n)
             .map(|i| sobol4_owen(i, 11, 12).map(u32_to_unit))
@@ -199,7 +207,7 @@ mod tests {
 
     #[test]
     fn constant_map_gives_pi() {
-        let map = SkyMap::new(64, 32, vec![[1.0; 3]; 64 * 32], 0.0, SkySampling::Always);
+        let map = SkyMap::new(64, 32, vec![[1.0; 3]; 64 * 32], 0.0, ANY);
         assert!((irradiance(&map, 1 << 16) / std::f64::consts::PI - 1.0).abs() < 1e-3);
     }
 
@@ -214,7 +222,7 @@ mod tests {
         let omega = 2.0 * std::f64::consts::PI / width as f64
             * (std::f64::consts::PI / height as f64)
             * libm::sin(theta);
-        let sky = SkyMap::new(width, height, rgb, 123.0, SkySampling::Always);
+        let sky = SkyMap::new(width, height, rgb, 123.0, ANY);
         let measured = irradiance(&sky, 1 << 18);
         let expected = 1e6 * omega * libm::cos(theta);
         assert!(
@@ -229,7 +237,7 @@ mod tests {
         for (width, height) in [(1025, 513), (1, 1), (3, 1), (4000, 2001)] {
             let mut rgb = vec![[0.0; 3]; width * height];
             rgb[width * (height / 2)] = [1e6; 3];
-            let sky = SkyMap::new(width, height, rgb, 0.0, SkySampling::Always);
+            let sky = SkyMap::new(width, height, rgb, 0.0, ANY);
             assert!(
                 draws(64).all(|u| sky.sample(u).is_some_and(|s| s.pdf > 0.0)),
                 "{width} x {height}"
@@ -240,14 +248,14 @@ mod tests {
     #[test]
     fn only_an_uneven_sky_is_sampled() {
         let mut rgb = vec![[1.0; 3]; 32];
-        assert!(!SkyMap::new(8, 4, rgb.clone(), 0.0, SkySampling::WhereItPays).is_sampled());
+        assert!(!SkyMap::new(8, 4, rgb.clone(), 0.0, MapTables::default()).is_sampled());
         rgb[12] = [1000.0; 3];
-        assert!(SkyMap::new(8, 4, rgb, 0.0, SkySampling::WhereItPays).is_sampled());
+        assert!(SkyMap::new(8, 4, rgb, 0.0, MapTables::default()).is_sampled());
     }
 
     #[test]
     fn a_black_map_is_never_sampled() {
-        let sky = SkyMap::new(8, 4, vec![[0.0; 3]; 32], 0.0, SkySampling::Always);
+        let sky = SkyMap::new(8, 4, vec![[0.0; 3]; 32], 0.0, ANY);
         assert!(draws(64).all(|u| sky.sample(u).is_none()));
         let (radiance, pdf) = sky.radiance_and_pdf(Vec3::Y);
         assert_eq!((radiance, pdf), (Vec3::ZERO, 0.0));
@@ -261,7 +269,7 @@ mod tests {
         let rgb: Vec<[f32; 3]> = (0..width * height)
             .map(|i| [0.1 + (i * 37 % 101) as f32; 3])
             .collect();
-        let sky = SkyMap::new(width, height, rgb, 77.0, SkySampling::Always);
+        let sky = SkyMap::new(width, height, rgb, 77.0, ANY);
         let mut agreed = 0;
         for u in draws(4096) {
             let s = sky.sample(u).expect("light everywhere");
@@ -282,7 +290,7 @@ mod tests {
         let rgb: Vec<[f32; 3]> = (0..width * height)
             .map(|i| [if i % 7 == 0 { 20.0 } else { 0.2 }; 3])
             .collect();
-        let sky = SkyMap::new(width, height, rgb, 0.0, SkySampling::Always);
+        let sky = SkyMap::new(width, height, rgb, 0.0, ANY);
         let (n, mut counts) = (1u32 << 18, vec![0u32; width * height]);
         for i in 0..n {
             let u = [
@@ -312,7 +320,7 @@ mod tests {
         let rgb: Vec<[f32; 3]> = (0..width * height)
             .map(|i| [(i % width) as f32, (i / width) as f32, 0.0])
             .collect();
-        let sky = SkyMap::new(width, height, rgb, 0.0, SkySampling::Always);
+        let sky = SkyMap::new(width, height, rgb, 0.0, ANY);
         let ahead = sky.radiance(Vec3::NEG_Z);
         assert!(
             (ahead.x - 31.5).abs() < 1e-3 && (ahead.y - 15.5).abs() < 1e-3,

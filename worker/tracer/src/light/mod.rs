@@ -11,6 +11,6 @@ mod sun;
 
 pub use alias::AliasTable;
 pub use dome::SkyDome;
-pub use map::{SkyMap, SkySampling};
+pub use map::{MapTables, SkyMap};
 pub use sky::{SkyLight, SkySample};
 pub use sun::SunLight;

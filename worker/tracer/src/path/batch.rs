@@ -17,15 +17,6 @@ use shearwater_shared::limits::PATH_DEPTH_MAX;
 /// Paths of a batch: the width of a ray packet.
 pub(crate) const LANES: usize = 8;
 
-/// Scatterings before Russian roulette begins.
-const ROULETTE_FROM: u32 = 1;
-/// Scatterings from which no path survives roulette for certain: light inside a
-/// thick white cloud loses nothing and would go on for thousands.
-const WEARY_FROM: u32 = 256;
-/// Largest chance to survive from there on.
-const WEARY_SURVIVAL: f32 = 0.999;
-/// Least chance to survive, so that no survivor's weight explodes.
-const SURVIVAL_MIN: f32 = 0.05;
 /// Widest angle of a ray cone after scattering, in radians.
 const CONE_ANGLE_MAX: f32 = 0.5;
 
@@ -236,9 +227,10 @@ fn light_rays<const USES: u8>(
 ) -> (Option<ShadowRay>, Option<ShadowRay>) {
     // A perfect mirror has no density that light sampling could hit.
     let sampled = !at.is_delta::<USES>();
-    path.choice.sun_sampled = sampled && scene.common.sun.is_some();
-    path.choice.sky_sampled =
-        sampled && scene.common.sample_sky && at.light_sampling_pays::<USES>();
+    path.choice.sun_sampled = sampled && scene.common.sample_sun;
+    path.choice.sky_sampled = sampled
+        && scene.common.sample_sky
+        && (at.light_sampling_pays::<USES>() || scene.common.strategy.sky_from_everywhere);
     if !sampled {
         return (None, None);
     }
@@ -338,14 +330,13 @@ fn scatter<const USES: u8>(scene: &Scene, path: &mut Path, at: &Vertex, depth: u
     if path.throughput == Vec3::ZERO {
         return;
     }
-    let strongest = path.throughput.max_element();
-    if depth >= ROULETTE_FROM {
-        let most = if depth < WEARY_FROM {
-            1.0
-        } else {
-            WEARY_SURVIVAL
-        };
-        let survival = strongest.clamp(SURVIVAL_MIN, most);
+    let (kept, carried) = (sample.weight.max_element(), path.throughput.max_element());
+    if let Some(survival) = scene
+        .common
+        .strategy
+        .roulette
+        .survival(depth, kept, carried)
+    {
         if u[3] >= survival {
             return;
         }

@@ -1,7 +1,8 @@
 //! Next event estimation: light sampled straight from a vertex.
 
-use super::escape::{power_heuristic, ray_under_sky};
+use super::escape::ray_under_sky;
 use super::vertex::Vertex;
+use super::weight::light_weight;
 use crate::geometry::Ray;
 use crate::scene::Scene;
 use glam::Vec3;
@@ -68,7 +69,10 @@ fn shadow_ray<const USES: u8>(
     pdf: f32,
 ) -> Option<ShadowRay> {
     let (f_cos, pdf_scatter) = at.eval_pdf::<USES>(&scene.common.tables, wi);
-    let contribution = throughput * f_cos * radiance * (power_heuristic(pdf, pdf_scatter) / pdf);
+    let contribution = throughput
+        * f_cos
+        * radiance
+        * (light_weight(scene.common.strategy.mis, pdf, pdf_scatter) / pdf);
     // NaN passes, to be counted as a bad sample.
     if contribution != Vec3::ZERO {
         Some(ShadowRay {

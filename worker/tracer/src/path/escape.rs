@@ -1,5 +1,6 @@
 //! Where the sky ends a ray, and the light that a path meets there.
 
+use super::weight::chance_weight;
 use crate::geometry::Ray;
 use crate::scene::Scene;
 use crate::uses::SURROUNDINGS;
@@ -27,15 +28,6 @@ impl Choice {
     };
 }
 
-/// Weight of a sample of density `pdf` against one other technique of density
-/// `other` (Veach and Guibas 1995: power heuristic, exponent 2).
-#[inline]
-pub(super) fn power_heuristic(pdf: f32, other: f32) -> f32 {
-    let ratio = other / pdf;
-    // A ratio of infinity gives weight 0.
-    1.0 / (1.0 + ratio * ratio)
-}
-
 /// A ray of the scene: a finite sky ends it.
 #[inline]
 pub(super) fn ray_under_sky<const USES: u8>(scene: &Scene, o: Vec3, d: Vec3, time_s: f32) -> Ray {
@@ -57,7 +49,7 @@ pub(super) fn escaped_radiance(scene: &Scene, ray: &Ray, choice: Choice) -> Vec3
     if let Some(sky) = &scene.common.sky {
         if choice.sky_sampled {
             let (light, pdf) = sky.radiance_and_pdf(ray.o, d);
-            radiance += light * power_heuristic(choice.pdf, pdf);
+            radiance += light * chance_weight(scene.common.strategy.mis, choice.pdf, pdf);
         } else {
             radiance += sky.radiance(ray.o, d);
         }
@@ -66,26 +58,11 @@ pub(super) fn escaped_radiance(scene: &Scene, ray: &Ray, choice: Choice) -> Vec3
         && sun.contains(d)
     {
         let weight = if choice.sun_sampled {
-            power_heuristic(choice.pdf, sun.pdf())
+            chance_weight(scene.common.strategy.mis, choice.pdf, sun.pdf())
         } else {
             1.0
         };
         radiance += sun.radiance * weight;
     }
     radiance
-}
-
-#[cfg(test)]
-mod tests {
-    use super::power_heuristic;
-
-    #[test]
-    fn weights_of_two_techniques_add_up() {
-        for (a, b) in [(1.0, 1.0), (0.2, 14_000.0), (1e10, 1e-3), (3.0, 0.0)] {
-            let sum = power_heuristic(a, b) + if b > 0.0 { power_heuristic(b, a) } else { 0.0 };
-            assert!((sum - 1.0).abs() < 1e-6, "{a} {b}: {sum}");
-        }
-        assert_eq!(power_heuristic(0.0, 1.0), 0.0);
-        assert_eq!(power_heuristic(1.0, 0.0), 1.0);
-    }
 }

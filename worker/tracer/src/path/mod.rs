@@ -6,5 +6,6 @@ mod escape;
 mod flight;
 mod interaction;
 mod vertex;
+mod weight;
 
 pub(crate) use batch::{LANES, PathResult, trace_batch};

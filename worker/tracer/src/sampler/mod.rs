@@ -14,19 +14,23 @@ pub use sobol::sobol4_owen;
 use crate::math::hash::{mix32, mix64, u32_to_unit};
 use shearwater_shared::film::Half;
 
-/// Scatterings that draw from Sobol points; later ones draw from the hash. Deep
-/// scatterings spread over so many dimensions that a net gains nothing there.
-pub const SOBOL_SCATTERINGS: u32 = 3;
-
 // Groups of four dimensions. The camera has one; each scattering has two.
 const CAMERA_GROUP: u32 = 0;
 const LENS_GROUP: u32 = 1;
 const FIRST_SCATTERING_GROUP: u32 = 2;
 
+/// Which draws come from Sobol points; all others come from the hash.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    /// The first group that comes from the hash.
+    hashed_from: u32,
+}
+
 /// Names the pixel of one half of one frame; its samples differ by index.
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
     key: u64,
+    pattern: Pattern,
 }
 
 /// Draws of one sample.
@@ -34,15 +38,33 @@ pub struct PixelSampler {
 pub struct SampleStream {
     pixel_key: u64,
     index: u32,
+    pattern: Pattern,
+}
+
+impl Pattern {
+    /// Sobol points for pixel, lens, time and the first `scatterings`.
+    #[must_use]
+    pub const fn sobol(scatterings: u32) -> Self {
+        Self {
+            hashed_from: FIRST_SCATTERING_GROUP.saturating_add(scatterings.saturating_mul(2)),
+        }
+    }
+
+    /// Independent numbers for everything.
+    #[must_use]
+    pub const fn independent() -> Self {
+        Self { hashed_from: 0 }
+    }
 }
 
 impl PixelSampler {
     /// The sampler of a pixel.
     #[must_use]
-    pub fn new(seed: u64, frame: u32, half: Half, x: u32, y: u32) -> Self {
+    pub fn new(seed: u64, frame: u32, half: Half, x: u32, y: u32, pattern: Pattern) -> Self {
         let frame_key = mix64(seed ^ mix64((u64::from(frame) << 1) | half.index() as u64));
         Self {
             key: mix64(frame_key ^ ((u64::from(y) << 32) | u64::from(x))),
+            pattern,
         }
     }
 
@@ -53,6 +75,7 @@ impl PixelSampler {
         SampleStream {
             pixel_key: self.key,
             index,
+            pattern: self.pattern,
         }
     }
 }
@@ -62,14 +85,14 @@ impl SampleStream {
     #[inline]
     #[must_use]
     pub fn camera(&self) -> [f32; 4] {
-        self.sobol_group(CAMERA_GROUP)
+        self.group(CAMERA_GROUP)
     }
 
     /// Position on the lens (the first two).
     #[inline]
     #[must_use]
     pub fn lens(&self) -> [f32; 4] {
-        self.sobol_group(LENS_GROUP)
+        self.group(LENS_GROUP)
     }
 
     /// Draws for scattering number `depth` (from 0): direction (three) and
@@ -77,7 +100,7 @@ impl SampleStream {
     #[inline]
     #[must_use]
     pub fn scatter(&self, depth: u32) -> [f32; 4] {
-        self.group(depth, 0)
+        self.group(FIRST_SCATTERING_GROUP + 2 * depth)
     }
 
     /// Draws for the lights seen from scattering number `depth`: sun (two) and
@@ -85,7 +108,7 @@ impl SampleStream {
     #[inline]
     #[must_use]
     pub fn lights(&self, depth: u32) -> [f32; 4] {
-        self.group(depth, 1)
+        self.group(FIRST_SCATTERING_GROUP + 2 * depth + 1)
     }
 
     /// A draw for whether to trace a faint light sample of scattering `depth`.
@@ -111,9 +134,8 @@ impl SampleStream {
     }
 
     #[inline]
-    fn group(&self, depth: u32, which: u32) -> [f32; 4] {
-        let group = FIRST_SCATTERING_GROUP + 2 * depth + which;
-        if depth < SOBOL_SCATTERINGS {
+    fn group(&self, group: u32) -> [f32; 4] {
+        if group < self.pattern.hashed_from {
             self.sobol_group(group)
         } else {
             self.hash_group(group)

@@ -20,6 +20,7 @@ use crate::geometry::Geometry;
 use crate::light::{SkyLight, SunLight};
 use crate::load::Texture;
 use crate::medium::{Media, Phase};
+use crate::strategy::Strategy;
 use crate::uses;
 use crate::water::Sea;
 use clouds::CloudShading;
@@ -44,7 +45,11 @@ pub struct Scene {
 pub(crate) struct Common {
     pub(crate) sky: Option<SkyLight>,
     pub(crate) sun: Option<SunLight>,
-    /// The sky is so uneven that sampling it pays.
+    /// How paths are sampled.
+    pub(crate) strategy: Strategy,
+    /// There is a sun, to be sampled.
+    pub(crate) sample_sun: bool,
+    /// Sampling the sky pays, or is wanted.
     pub(crate) sample_sky: bool,
     /// Light samples that would add less than this are traced at random.
     pub(crate) faint: f32,

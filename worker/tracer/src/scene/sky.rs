@@ -1,11 +1,11 @@
 //! The sky and the sun of a scene.
 
 use super::stage::{Assets, BuildReport};
-use crate::light::{SkyDome, SkyLight, SkyMap, SkySampling, SunLight, atmosphere};
+use crate::light::{MapTables, SkyDome, SkyLight, SkyMap, SunLight, atmosphere};
 use crate::load::load_sky;
 use glam::{DVec3, Vec3};
 use shearwater_shared::film::SAMPLE_MAX;
-use shearwater_shared::scene::{SceneDescription, SceneError, Sky};
+use shearwater_shared::scene::{Mis, Sampling, SceneDescription, SceneError, Sky, SkySampling};
 use std::sync::Arc;
 
 /// The sky's light, without the sun, in a render space whose origin is `anchor_m`.
@@ -15,15 +15,30 @@ pub(super) fn build_sky(
     anchor_m: DVec3,
     report: &mut BuildReport,
 ) -> Result<Option<SkyLight>, SceneError> {
+    let tables = map_tables(&description.sampling);
     Ok(match &description.sky {
         None => None,
         Some(Sky::Constant(sky)) => Some(SkyLight::Constant(Vec3::from_array(sky.radiance))),
         Some(Sky::Map(sky)) => {
-            let map = picture(&sky.file, sky.intensity, sky.rotation_deg, assets, report)?;
+            let map = picture(
+                &sky.file,
+                sky.intensity,
+                sky.rotation_deg,
+                tables,
+                assets,
+                report,
+            )?;
             Some(SkyLight::Map(Arc::new(map)))
         }
         Some(Sky::Dome(sky)) => {
-            let map = picture(&sky.file, sky.intensity, sky.rotation_deg, assets, report)?;
+            let map = picture(
+                &sky.file,
+                sky.intensity,
+                sky.rotation_deg,
+                tables,
+                assets,
+                report,
+            )?;
             let centre = (DVec3::from_array(sky.centre_m) - anchor_m).as_vec3();
             let dome = SkyDome::new(Arc::new(map), centre, sky.radius_m as f32);
             Some(SkyLight::Dome(dome))
@@ -35,10 +50,37 @@ pub(super) fn build_sky(
                 check_radiance(*value, "sky.intensity", "the sky's radiance")?;
             }
             let (width, height) = (atmosphere::WIDTH, atmosphere::HEIGHT);
-            let map = SkyMap::new(width, height, rgb, 0.0, SkySampling::WhereItPays);
+            let map = SkyMap::new(width, height, rgb, 0.0, tables);
             Some(SkyLight::Map(Arc::new(map)))
         }
     })
+}
+
+// The tables of a sky map, as a scene wants it sampled.
+fn map_tables(sampling: &Sampling) -> MapTables {
+    MapTables {
+        any_contrast: match sampling.sky_sampling {
+            SkySampling::Auto | SkySampling::Never => false,
+            SkySampling::AnySky | SkySampling::Always => true,
+        },
+        compensated: sampling.map_compensation,
+    }
+}
+
+/// Whether a scene samples its sky beside the surfaces' own directions.
+pub(super) fn is_sampled(sky: &SkyLight, sampling: &Sampling) -> bool {
+    if sampling.mis == Mis::ScatteringOnly {
+        return false;
+    }
+    match sampling.sky_sampling {
+        SkySampling::Never => false,
+        SkySampling::Auto => sky.is_sampled(),
+        // Nothing of an even sky lies above its mean.
+        SkySampling::AnySky | SkySampling::Always => match sky {
+            SkyLight::Constant(_) => !sampling.map_compensation,
+            SkyLight::Map(_) | SkyLight::Dome(_) => sky.is_sampled(),
+        },
+    }
 }
 
 /// The sun's light: its own, or that of the real sun through the atmosphere.
@@ -81,6 +123,7 @@ fn picture(
     file: &str,
     intensity: f32,
     rotation_deg: f64,
+    tables: MapTables,
     assets: &Assets,
     report: &mut BuildReport,
 ) -> Result<SkyMap, SceneError> {
@@ -106,6 +149,6 @@ fn picture(
         image.height as usize,
         image.rgb,
         rotation_deg,
-        SkySampling::WhereItPays,
+        tables,
     ))
 }

@@ -5,22 +5,20 @@ use super::material::{Textures, add_needs};
 use super::meshes::{BuiltMesh, Materials, build_meshes};
 use super::motion::anchor;
 use super::placed::Standing;
-use super::sky::{build_sky, build_sun};
+use super::sky::{build_sky, build_sun, is_sampled};
 use super::volumes::build_media;
 use super::{Common, Scene};
 use crate::bsdf::{TableNeeds, Tables, Water};
 use crate::geometry::{BuildError, Particles, Sprites, TriMesh};
 use crate::light::SkyLight;
 use crate::load::Encoding;
+use crate::strategy::Strategy;
 use crate::water::SeaStage;
 use glam::{DVec3, Vec3};
 use shearwater_shared::job::RenderSettings;
-use shearwater_shared::scene::{self, SceneDescription, SceneError};
+use shearwater_shared::scene::{self, Mis, SceneDescription, SceneError};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// Share of the sky's mean radiance below which a light sample is faint.
-const FAINT_SHARE: f32 = 0.05;
 
 /// The bytes of a scene's files, by the names that the scene uses.
 pub type Assets = BTreeMap<String, Arc<[u8]>>;
@@ -87,11 +85,15 @@ impl Stage {
         let sea = build_sea(description, &mut textures)?;
         let sky = build_sky(description, assets, anchor_m, &mut report)?;
         report.notes.append(&mut textures.notes);
+        let sun = build_sun(description)?;
+        let sampling = &description.sampling;
         let common = Common {
-            sample_sky: sky.as_ref().is_some_and(SkyLight::is_sampled),
-            faint: sky.as_ref().map_or(0.0, SkyLight::mean) * FAINT_SHARE,
+            strategy: Strategy::new(sampling),
+            sample_sky: sky.as_ref().is_some_and(|sky| is_sampled(sky, sampling)),
+            sample_sun: sun.is_some() && sampling.mis != Mis::ScatteringOnly,
+            faint: sky.as_ref().map_or(0.0, SkyLight::mean) * sampling.faint_share,
             sky,
-            sun: build_sun(description)?,
+            sun,
             water: build_water(description, &tables)?,
             tables,
             media: build_media(description, assets, anchor_m)?,
