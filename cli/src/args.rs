@@ -1,7 +1,7 @@
 //! The command line.
 
 use crate::commands::{
-    cancel, coordinator, download, jobs, render, status, submit, watch, water, worker,
+    cancel, compare, coordinator, download, jobs, render, status, submit, watch, water, worker,
 };
 use crate::exit;
 use crate::frames::{self, FrameRange};
@@ -73,6 +73,7 @@ pub(crate) enum Command {
     Download(download::Download),
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
+    Compare(compare::Compare),
     Water(water::Water),
     /// Print the JSON Schema of scene.json
     ///

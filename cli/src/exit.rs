@@ -19,6 +19,8 @@ pub(crate) enum Exit {
     Unreachable = 4,
     /// The coordinator answers and says no.
     Refused = 5,
+    /// Pictures differ by more than was allowed.
+    Different = 6,
     /// Interrupted by a signal.
     Interrupted = 130,
 }
@@ -32,6 +34,7 @@ Exit codes:
   3    the scene or one of its files is wrong
   4    no coordinator answers
   5    the coordinator answers and says no
+  6    compare: the pictures differ by more than was allowed
   130  interrupted";
 
 impl From<Exit> for ExitCode {
@@ -84,6 +87,12 @@ pub(crate) enum CliError {
     /// The coordinator could not run.
     #[error("coordinator: {0}")]
     Coordinator(String),
+    /// A picture cannot be read, or two do not fit together.
+    #[error("{0}")]
+    Picture(String),
+    /// They do, and differ too much; what was found is printed already.
+    #[error("the pictures differ: {0}")]
+    Different(String),
     /// A signal came.
     #[error("interrupted")]
     Interrupted,
@@ -99,9 +108,12 @@ impl CliError {
             | Self::Strange { .. }
             | Self::Worker(shearwater_worker::WorkerError::Refused { .. }) => Exit::Refused,
             Self::Interrupted => Exit::Interrupted,
-            Self::Job(_) | Self::Io { .. } | Self::Worker(_) | Self::Coordinator(_) => {
-                Exit::Failure
-            }
+            Self::Different(_) => Exit::Different,
+            Self::Picture(_)
+            | Self::Job(_)
+            | Self::Io { .. }
+            | Self::Worker(_)
+            | Self::Coordinator(_) => Exit::Failure,
         }
     }
 
@@ -113,6 +125,7 @@ impl CliError {
             Exit::Scene => "scene",
             Exit::Unreachable => "unreachable",
             Exit::Refused => "refused",
+            Exit::Different => "different",
             Exit::Interrupted => "interrupted",
         }
     }

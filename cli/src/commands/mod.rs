@@ -1,6 +1,7 @@
 //! One file for each subcommand.
 
 pub(crate) mod cancel;
+pub(crate) mod compare;
 pub(crate) mod coordinator;
 pub(crate) mod download;
 pub(crate) mod jobs;
@@ -28,6 +29,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Download(args) => download::run(args, json).await,
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,
+        Command::Compare(args) => compare::run(args, json),
         Command::Water(args) => water::run(args, json),
         Command::Schema => {
             output::line(shearwater_shared::scene::schema_json().trim_end());
