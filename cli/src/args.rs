@@ -1,7 +1,8 @@
 //! The command line.
 
 use crate::commands::{
-    cancel, compare, coordinator, download, jobs, render, status, submit, watch, water, worker,
+    cancel, compare, coordinator, download, export, jobs, render, status, submit, watch, water,
+    worker,
 };
 use crate::exit;
 use crate::frames::{self, FrameRange};
@@ -75,6 +76,7 @@ pub(crate) enum Command {
     Jobs(jobs::Jobs),
     Compare(compare::Compare),
     Water(water::Water),
+    Export(export::Export),
     /// Print the JSON Schema of scene.json
     ///
     /// Point your editor at it: every field, its unit, range and default.

@@ -25,7 +25,7 @@ mod upload;
 pub use config::Config;
 pub use error::WorkerError;
 /// The numeric build of this worker: coordinators refuse any other than theirs.
-pub use shearwater_tracer::{BUILD, water};
+pub use shearwater_tracer::{BUILD, export, water};
 pub use speed::Summary;
 
 use client::Client;

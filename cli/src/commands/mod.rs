@@ -4,6 +4,7 @@ pub(crate) mod cancel;
 pub(crate) mod compare;
 pub(crate) mod coordinator;
 pub(crate) mod download;
+pub(crate) mod export;
 pub(crate) mod jobs;
 pub(crate) mod render;
 pub(crate) mod status;
@@ -31,6 +32,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Jobs(args) => jobs::run(args, json).await,
         Command::Compare(args) => compare::run(args, json),
         Command::Water(args) => water::run(args, json),
+        Command::Export(args) => export::run(args, json).await,
         Command::Schema => {
             output::line(shearwater_shared::scene::schema_json().trim_end());
             Ok(())

@@ -12,6 +12,7 @@
 pub mod bsdf;
 mod camera;
 mod cloud;
+pub mod export;
 pub mod geometry;
 pub mod light;
 pub mod load;

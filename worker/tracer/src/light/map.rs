@@ -76,6 +76,12 @@ impl SkyMap {
         }
     }
 
+    /// Columns and rows.
+    #[must_use]
+    pub fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
     /// Whether it has sampling tables.
     #[must_use]
     pub fn is_sampled(&self) -> bool {

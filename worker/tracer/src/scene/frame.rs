@@ -5,11 +5,17 @@ use super::stage::geometry_error;
 use super::{Scene, Stage};
 use crate::camera::Camera;
 use crate::geometry::Geometry;
+use glam::DVec3;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneError;
 use std::sync::Arc;
 
 impl Stage {
+    /// The point of the scene that is (0, 0, 0) for the tracer, metres.
+    pub(crate) fn anchor_m(&self) -> DVec3 {
+        self.anchor_m
+    }
+
     /// Frame `frame` of the scene: camera, instances and sea at its time.
     ///
     /// # Errors
