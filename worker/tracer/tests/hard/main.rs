@@ -11,5 +11,6 @@ mod support;
 mod common;
 
 mod accumulation;
+mod checks;
 mod document;
 mod table;
