@@ -127,6 +127,7 @@ fn render(description: &SceneDescription, folder: &Path, times: u32) -> (TileFil
         seed: 0,
         frames: 1,
         first_frame: 0,
+        stop: shearwater_shared::stop::Stop::NONE,
     };
     let assets = read_assets(description, folder);
     let options = BuildOptions::default();
