@@ -1,6 +1,7 @@
 //! Following a job to its end, with a progress bar.
 
 use crate::api::Api;
+use crate::error_text;
 use crate::exit::CliError;
 use crate::frames::FrameWriter;
 use crate::output::{duration, scaled};
@@ -93,8 +94,8 @@ fn show(bar: &ProgressBar, job: &JobView) {
         let (done, all) = (job.frames_done, job.settings.frames);
         message.push_str(&format!("  {done} of {all} frames"));
     }
-    if let Some(error) = &job.error {
-        message.push_str(&format!("  NMSE {:.1e}", error.nmse));
+    if let Some(error) = error_text::short(job) {
+        message.push_str(&format!("  {error}"));
     }
     if let Some(left) = job.remaining_s {
         message.push_str(&format!("  {} left", duration(left)));

@@ -6,6 +6,7 @@
 mod api;
 mod args;
 mod commands;
+mod error_text;
 mod exit;
 mod follow;
 mod frames;

@@ -1,5 +1,6 @@
 //! What is printed: text for people, one JSON object for programs.
 
+use crate::error_text;
 use crate::exit::CliError;
 use serde_json::{Value, json};
 use shearwater_shared::api::JobView;
@@ -79,15 +80,16 @@ pub(crate) fn job_text(job: &JobView) -> String {
                 job.units_total
             ),
         ),
-        ("speed", format!("{} samples/s", scaled(job.samples_per_s))),
-        ("seconds", format!("{:.2}", job.elapsed_s)),
+        ("speed", error_text::speed(job)),
+        (
+            "seconds",
+            format!("{:.2} ({:.2} of one core)", job.elapsed_s, job.core_s),
+        ),
     ];
     if let Some(left) = job.remaining_s.filter(|_| !job.done) {
         rows.push(("left", duration(left)));
     }
-    if let Some(error) = &job.error {
-        rows.push(("NMSE", nmse_text(job, error.nmse)));
-    }
+    rows.extend(error_text::rows(job));
     if job.bad_samples > 0 {
         rows.push(("bad samples", job.bad_samples.to_string()));
     }

@@ -100,11 +100,18 @@ pub struct JobView {
     /// Expected seconds to the end; absent when nothing is known.
     pub remaining_s: Option<f64>,
     /// The worst error (NMSE) of all finished frames, from the two halves; as
-    /// long as none is finished, that of the first frame so far.
+    /// long as none is finished, the last point of the first frame so far.
     pub error: Option<ErrorEstimate>,
     /// The scene's number of the frame that `error` is of.
     #[serde(default)]
     pub error_frame: Option<u32>,
+    /// What `error.nmse` is expected to be with all samples; absent for a finished
+    /// frame.
+    #[serde(default)]
+    pub nmse_at_end: Option<f64>,
+    /// The newest point of error against time, of whatever frame.
+    #[serde(default)]
+    pub newest_error: Option<ErrorPoint>,
     /// Samples that contributed nothing because they were no light.
     pub bad_samples: u64,
     /// Paths that ended at the safety cap on depth.
@@ -155,6 +162,33 @@ pub enum FrameState {
 pub struct FramePage {
     /// In frame order, every frame of the job.
     pub frames: Vec<FrameView>,
+    /// Pass as `page_token` for the next page; absent at the end.
+    pub next_page_token: Option<String>,
+}
+
+/// The error of a frame at one moment.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ErrorPoint {
+    /// The scene's number of the frame.
+    pub frame: u32,
+    /// When, milliseconds since 1970.
+    pub at_ms: i64,
+    /// Seconds since the job's first lease.
+    pub elapsed_s: f64,
+    /// Core seconds that workers spent on these samples of the frame.
+    pub core_s: f64,
+    /// Samples that were merged, over all pixels of the frame.
+    pub samples_done: u64,
+    /// What the two halves said.
+    pub error: ErrorEstimate,
+}
+
+/// One page of a frame's error against time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct ErrorPage {
+    /// In order of samples: one when they are at least 1.2 times those of the last,
+    /// and one of the final film.
+    pub points: Vec<ErrorPoint>,
     /// Pass as `page_token` for the next page; absent at the end.
     pub next_page_token: Option<String>,
 }

@@ -11,6 +11,9 @@ pub const JOB_EVENTS: &str = "/v1/jobs/{id}/events";
 /// State, film hash and error of each frame, by page: `GET`. Query:
 /// `page_size`, `page_token`.
 pub const JOB_FRAMES: &str = "/v1/jobs/{id}/frames";
+/// Error of a frame against time, by page: `GET`. Query: `frame`, `page_size`,
+/// `page_token`.
+pub const JOB_ERRORS: &str = "/v1/jobs/{id}/errors";
 /// The developed picture, partial or final: `GET`. Query: `frame`, `view`, `exposure_ev`.
 pub const JOB_PNG: &str = "/v1/jobs/{id}/image.png";
 /// The linear picture with features: `GET`. Query: `frame`.

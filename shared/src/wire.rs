@@ -6,14 +6,17 @@
 //! bincode with fixed-width integers. Bodies come from other machines, so the
 //! decoder is limited in bytes, refuses trailing bytes and checks the hash.
 
+mod before;
+
 use crate::film::{TileFilm, TileSums};
 use crate::job::JobId;
 use crate::plan::Run;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Version of everything a worker and a coordinator say to each other.
-/// 1: first version.
-pub const PROTOCOL_VERSION: u16 = 1;
+/// 1: first version. 2: sums and films carry a histogram of brightness; the
+/// coordinator still reads what it stored in version 1.
+pub const PROTOCOL_VERSION: u16 = 2;
 /// Content type of a message.
 pub const CONTENT_TYPE: &str = "application/vnd.shearwater.v1+bincode";
 /// Largest message: a 64 x 64 tile with features is 480 KiB, a merged film of
@@ -89,6 +92,28 @@ fn encode<T: Serialize>(value: &T) -> Result<Vec<u8>, WireError> {
 }
 
 fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, WireError> {
+    let (version, payload) = open(body)?;
+    if version != PROTOCOL_VERSION {
+        return Err(WireError::Version(version));
+    }
+    decode_payload(payload)
+}
+
+/// What was stored in this version or in the one before.
+fn decode_stored<T, Old>(body: &[u8]) -> Result<T, WireError>
+where
+    T: DeserializeOwned + From<Old>,
+    Old: DeserializeOwned,
+{
+    match open(body)? {
+        (PROTOCOL_VERSION, payload) => decode_payload(payload),
+        (1, payload) => decode_payload::<Old>(payload).map(T::from),
+        (other, _) => Err(WireError::Version(other)),
+    }
+}
+
+/// Version and payload of a message.
+fn open(body: &[u8]) -> Result<(u16, &[u8]), WireError> {
     if body.len() > MESSAGE_BYTES_MAX {
         return Err(WireError::TooLong(body.len()));
     }
@@ -96,13 +121,15 @@ fn decode<T: DeserializeOwned>(body: &[u8]) -> Result<T, WireError> {
         return Err(WireError::Magic);
     }
     let version = u16::from_le_bytes([body[8], body[9]]);
-    if version != PROTOCOL_VERSION {
-        return Err(WireError::Version(version));
-    }
     let payload = &body[HEADER_BYTES..];
-    if blake3::hash(payload).as_bytes() != &body[10..HEADER_BYTES] {
+    // A later version may hash otherwise: its number is said, not a damage.
+    if version <= PROTOCOL_VERSION && blake3::hash(payload).as_bytes() != &body[10..HEADER_BYTES] {
         return Err(WireError::Hash);
     }
+    Ok((version, payload))
+}
+
+fn decode_payload<T: DeserializeOwned>(payload: &[u8]) -> Result<T, WireError> {
     let (value, used) = bincode::serde::decode_from_slice(payload, config())
         .map_err(|e| WireError::Payload(e.to_string()))?;
     if used != payload.len() {
@@ -141,7 +168,7 @@ pub fn encode_sums(sums: &TileSums) -> Result<Vec<u8>, WireError> {
 /// # Errors
 /// See [`WireError`].
 pub fn decode_sums(body: &[u8]) -> Result<TileSums, WireError> {
-    decode(body)
+    decode_stored::<_, before::TileSums1>(body)
 }
 
 /// The merged film of a tile, as the coordinator keeps it in an object.
@@ -157,7 +184,7 @@ pub fn encode_film(film: &TileFilm) -> Result<Vec<u8>, WireError> {
 /// # Errors
 /// See [`WireError`].
 pub fn decode_film(body: &[u8]) -> Result<TileFilm, WireError> {
-    decode(body)
+    decode_stored::<_, before::TileFilm1>(body)
 }
 
 #[cfg(test)]
@@ -221,6 +248,31 @@ mod tests {
             assert_eq!(decode_part(&flipped), Err(WireError::Hash), "{at}");
         }
         assert_eq!(decode_part(&good[..good.len() - 1]), Err(WireError::Hash));
+    }
+
+    // What version 1 wrote ends where the histogram begins.
+    #[test]
+    fn films_and_sums_of_version_1_are_read() {
+        const BINS: usize = 8 + crate::film::BRIGHTNESS_BINS * (8 + 16);
+        let first = |message: Vec<u8>, less: usize| {
+            let mut body = sealed(&message[HEADER_BYTES..message.len() - less]);
+            body[8..10].copy_from_slice(&1u16.to_le_bytes());
+            body
+        };
+        let mut sums = part().sums;
+        let mut film = TileFilm::zero(64 * 64);
+        film.add(&sums).expect("fits");
+        let old_sums = first(encode_sums(&sums).expect("encode"), BINS);
+        let old_film = first(encode_film(&film).expect("encode"), BINS);
+        sums.brightness = crate::film::Brightness::default();
+        film.brightness = crate::film::Brightness::default();
+        assert_eq!(decode_sums(&old_sums), Ok(sums));
+        assert_eq!(decode_film(&old_film), Ok(film.clone()));
+        // A worker of version 1 is told so.
+        assert_eq!(decode_part(&old_sums), Err(WireError::Version(1)));
+        let mut damaged = old_film;
+        damaged[100] ^= 1;
+        assert_eq!(decode_film(&damaged), Err(WireError::Hash));
     }
 
     // A liar can hash whatever it likes: lengths must not be believed.

@@ -6,7 +6,7 @@ use crate::commands::coordinator;
 use crate::exit::CliError;
 use crate::frames::{self, FrameWriter};
 use crate::scene_files::{self, Bundle};
-use crate::{follow, memory, output, signals};
+use crate::{error_text, follow, memory, output, signals};
 use clap::Args;
 use serde_json::json;
 use shearwater_shared::api::JobView;
@@ -149,15 +149,13 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
     }
     let mut rows = output::film_rows(job);
     rows.extend([
-        ("samples/s", output::scaled(job.samples_per_s)),
+        ("speed", error_text::speed(job)),
         (
             "seconds",
             format!("{:.2} ({total_s:.2} in all)", job.elapsed_s),
         ),
     ]);
-    if let Some(nmse) = nmse {
-        rows.push(("NMSE", output::nmse_text(job, nmse)));
-    }
+    rows.extend(error_text::rows(job));
     if let Some(peak) = peak {
         rows.push(("peak memory", format!("{} MiB", peak >> 20)));
     }

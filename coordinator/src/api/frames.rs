@@ -2,6 +2,7 @@
 
 use super::extract::{Segment, job_id, no_job, query};
 use super::problem::ApiError;
+use super::view::so_far;
 use crate::app::App;
 use crate::store::{FrameRow, JobRow};
 use axum::Json;
@@ -9,7 +10,6 @@ use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
 use serde::Deserialize;
 use shearwater_shared::api::{FramePage, FrameState, FrameView};
-use shearwater_shared::film::join_errors;
 use std::sync::Arc;
 
 /// Frames on a page when the client does not say.
@@ -81,9 +81,7 @@ async fn view(
     };
     // Few frames run at a time; finished ones keep their error.
     let error = match row.error {
-        None if row.units_done > 0 => {
-            join_errors(app.store.tile_errors(job.id, frame).await?.into_iter())
-        }
+        None if row.units_done > 0 => so_far(app, job.id, frame).await?,
         known => known,
     };
     Ok(FrameView {

@@ -110,7 +110,11 @@ async fn developing(app: &App) -> Result<OwnedSemaphorePermit, ApiError> {
 
 /// The job, and the number within it of the scene's frame `frame`; its first one
 /// when none is named.
-async fn job_and_frame(app: &App, id: &str, frame: Option<u32>) -> Result<(JobRow, u32), ApiError> {
+pub(super) async fn job_and_frame(
+    app: &App,
+    id: &str,
+    frame: Option<u32>,
+) -> Result<(JobRow, u32), ApiError> {
     let id = job_id(id)?;
     let job = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
     let (first, last) = (job.settings.first_frame, job.settings.last_frame());

@@ -4,6 +4,7 @@
 //! for unknown paths and methods; [`problem`] alone maps errors to HTTP.
 
 mod assets;
+mod errors;
 mod events;
 mod extract;
 mod frames;
@@ -34,6 +35,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(routes::JOB_CANCEL, post(jobs::cancel))
         .route(routes::JOB_EVENTS, get(events::events))
         .route(routes::JOB_FRAMES, get(frames::list))
+        .route(routes::JOB_ERRORS, get(errors::list))
         .route(routes::JOB_PNG, get(images::png))
         .route(routes::JOB_EXR, get(images::exr))
         .route(routes::ASSETS_MISSING, post(assets::missing))

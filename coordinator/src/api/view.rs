@@ -1,20 +1,29 @@
 //! A job as the API shows it.
 
+use super::errors::point;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::farm::{JobCounts, job_state};
+use crate::farm::{JobCounts, job_state, nmse_at};
+use crate::fold;
 use crate::store::{Ended, JobRow};
 use shearwater_shared::api::JobView;
-use shearwater_shared::film::{ErrorEstimate, join_errors};
-use shearwater_shared::job::JobState;
+use shearwater_shared::film::ErrorEstimate;
+use shearwater_shared::job::{JobId, JobState};
 use shearwater_shared::limits::FILM_HASHES_MAX;
 
 /// The view of a job at this moment.
 pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError> {
     let error = error(app, &row).await?;
+    let newest = app.store.newest_error(row.id).await?;
+    let newest_error = newest.map(|newest| point(&row, newest));
+    let unfinished = row.frames_done == 0;
     let mut view = progress(row, now_ms());
+    view.newest_error = newest_error;
     if let Some((frame, error)) = error {
         view.error_frame = Some(view.settings.absolute_frame(frame));
+        if unfinished && !view.done {
+            view.nmse_at_end = nmse_at(&error, view.settings.samples);
+        }
         view.error = Some(error);
     }
     if view.state == JobState::Done && view.settings.frames <= FILM_HASHES_MAX {
@@ -32,8 +41,20 @@ async fn error(app: &App, row: &JobRow) -> Result<Option<(u32, ErrorEstimate)>, 
     {
         return Ok(worst.error.map(|error| (worst.frame, error)));
     }
-    let tiles = app.store.tile_errors(row.id, 0).await?;
-    Ok(join_errors(tiles.into_iter()).map(|error| (0, error)))
+    Ok(so_far(app, row.id, 0).await?.map(|error| (0, error)))
+}
+
+/// The last error that was noted of an unfinished frame. Frames that were folded
+/// before errors were noted are estimated anew.
+pub(super) async fn so_far(
+    app: &App,
+    job: JobId,
+    frame: u32,
+) -> Result<Option<ErrorEstimate>, ApiError> {
+    match app.store.last_error(job, frame).await? {
+        Some(last) => Ok(Some(last.error)),
+        None => Ok(fold::estimate(app, job, frame).await?),
+    }
 }
 
 /// State and progress: a function of the row and of the time.
@@ -91,6 +112,8 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         remaining_s: (!state.is_final() && samples_per_s > 0.0).then(|| left / samples_per_s),
         error: None,
         error_frame: None,
+        nmse_at_end: None,
+        newest_error: None,
         bad_samples: row.bad_samples,
         depth_cap_hits: row.depth_cap_hits,
         unequal_results: row.unequal_results,

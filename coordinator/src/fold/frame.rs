@@ -1,11 +1,11 @@
 //! A complete frame: the hash of its film, once.
 
 use super::error::FoldError;
-use super::tile;
+use super::{series, tile};
 use crate::app::{App, now_ms};
 use crate::farm::{bad_samples_reason, too_many_bad};
 use crate::store::FrameTile;
-use shearwater_shared::film::{FilmError, FilmHasher, TileFilm, join_errors};
+use shearwater_shared::film::{FilmError, FilmHasher, TileFilm};
 use shearwater_shared::job::JobId;
 
 /// Hash the film of a frame whose tiles are all folded, row of tiles by row of
@@ -52,10 +52,13 @@ pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, Fo
     let hash = hasher
         .finish()
         .map_err(|source| FoldError::Film { tile: 0, source })?;
-    let error = join_errors(app.store.tile_errors(job, frame).await?.into_iter());
+    let error = series::estimate(app, job, frame).await?;
+    let folded = app.store.folded(job, frame).await?;
+    let last = folded.filter(|folded| folded.samples > 0).zip(error);
+    let last = last.map(|(folded, error)| series::row(frame, folded, error));
     let first = app
         .store
-        .finish_frame(job, frame, &hash, error.as_ref(), now_ms())
+        .finish_frame(job, frame, &hash, last.as_ref(), now_ms())
         .await?;
     if first {
         let frame = row.settings.absolute_frame(frame);

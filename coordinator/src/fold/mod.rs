@@ -8,15 +8,18 @@
 mod error;
 mod frame;
 mod picture;
+mod series;
 mod tile;
 
 pub use error::FoldError;
 pub use picture::Planes;
 pub(crate) use picture::picture;
+pub(crate) use series::estimate;
 
 use crate::app::App;
 use crate::store::FrameTile;
 use futures_util::stream::{self, StreamExt};
+use shearwater_shared::job::JobId;
 
 /// Parts of one tile that may wait before they are folded although the tile is
 /// not complete: bounds what a picture of an unfinished job must read.
@@ -33,11 +36,19 @@ pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
     let tiles = app.store.tiles_to_fold(PARTS_MAX, TILES_PER_PASS).await?;
     // An error of one tile or frame must not hold up the others.
     let mut tally = Tally::default();
+    let mut frames: Vec<(JobId, u32)> = tiles.iter().map(|at| (at.job, at.frame)).collect();
+    frames.dedup();
     let mut folds = stream::iter(tiles)
         .map(|at| fold_or_fail(app, at))
         .buffer_unordered(TILES_AT_ONCE);
     while let Some(folded) = folds.next().await {
         tally.add(folded);
+    }
+    for (job, frame) in frames {
+        // Without its row a frame is only less well told of.
+        if let Err(error) = series::record(app, job, frame).await {
+            tracing::warn!(%job, frame, %error, "error against time");
+        }
     }
     for (job, frame) in app.store.frames_to_finish(FRAMES_PER_PASS).await? {
         tally.add(match frame::finish(app, job, frame).await {
@@ -77,11 +88,7 @@ async fn fold_or_fail(app: &App, at: FrameTile) -> Result<bool, FoldError> {
 
 /// Stored data that are gone or damaged fail their job, with the reason; any
 /// other error is passed on to be tried again.
-async fn lost(
-    app: &App,
-    job: shearwater_shared::job::JobId,
-    error: FoldError,
-) -> Result<bool, FoldError> {
+async fn lost(app: &App, job: JobId, error: FoldError) -> Result<bool, FoldError> {
     if !error.is_permanent() {
         return Err(error);
     }

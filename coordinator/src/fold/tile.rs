@@ -3,10 +3,10 @@
 use super::error::FoldError;
 use crate::app::App;
 use crate::objects::ObjectError;
-use crate::store::{FoldTask, FrameTile, TileState};
+use crate::store::{FoldInput, FoldTask, FrameTile, TileState};
 use axum::body::Bytes;
 use shearwater_shared::film::{TileFilm, tile_error};
-use shearwater_shared::plan::Plan;
+use shearwater_shared::plan::{Plan, Run};
 use shearwater_shared::wire;
 
 /// How often a tile is read again when an object vanished under the reader:
@@ -26,8 +26,13 @@ pub(super) async fn fold(app: &App, at: &FrameTile) -> Result<bool, FoldError> {
         return Ok(false);
     }
     let tile = at.tile;
-    let (bytes, error) = app
-        .compute(move || (wire::encode_film(&film), tile_error(&film)))
+    let plan = job.plan();
+    let width = plan.tile_rect(tile).map_or(0, |rect| rect.width as usize);
+    let (bytes, error, brightness) = app
+        .compute(move || {
+            let error = tile_error(&film, width);
+            (wire::encode_film(&film), error, film.brightness)
+        })
         .await?;
     let name = app.objects.film_name(at.job, at.frame, at.tile);
     let bytes = bytes.map_err(|source| FoldError::Damaged {
@@ -35,11 +40,20 @@ pub(super) async fn fold(app: &App, at: &FrameTile) -> Result<bool, FoldError> {
         source,
     })?;
     app.objects.put(&name, bytes).await?;
+    let run = |part: &FoldInput| Run {
+        frame: at.frame,
+        tile,
+        block0: part.block0,
+        block1: part.block1,
+    };
+    let samples = old.parts.iter().map(|part| plan.run_samples(&run(part)));
     let task = FoldTask {
         at: *at,
+        samples: samples.sum(),
         old,
         film: name,
         error,
+        brightness,
     };
     let swapped = app.store.swap_film(&task).await?;
     // Whoever lost has only its own film to remove. Nobody reads what no row

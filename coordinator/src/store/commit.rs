@@ -216,14 +216,15 @@ async fn insert_part(
 ) -> Result<(), StoreError> {
     for_run(
         sqlx::query(
-            "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object) \
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
+            "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object, \
+             core_us) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
         ),
         part,
     )
     .bind(part.sums_hash.to_string())
     .bind(&part.worker)
     .bind(&part.object)
+    .bind(big(part.core_us))
     .execute(&mut **tx)
     .await
     .attempt("insert part")?;

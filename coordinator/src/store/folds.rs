@@ -1,9 +1,10 @@
 //! Parts become tiles, tiles become films.
 
 use super::error::{Attempt, StoreError, corrupt};
+use super::errors::brightness_text;
 use super::open::Store;
-use super::rows::{int, optional_text, small, text};
-use shearwater_shared::film::TileError;
+use super::rows::{big, int, optional_text, small, text};
+use shearwater_shared::film::{Brightness, TileError};
 use shearwater_shared::job::JobId;
 
 /// A tile of a frame of a job.
@@ -41,6 +42,8 @@ pub struct FoldInput {
     pub block1: u32,
     /// Object of the sums.
     pub object: String,
+    /// Microseconds of cores spent on it.
+    pub core_us: i64,
 }
 
 /// A film that takes the place of a tile's old film and some parts.
@@ -54,6 +57,10 @@ pub struct FoldTask {
     pub film: String,
     /// The new film's error sums.
     pub error: TileError,
+    /// The histogram of the new film's samples.
+    pub brightness: Brightness,
+    /// Samples, over all pixels, of the parts that it takes.
+    pub samples: u64,
 }
 
 impl Store {
@@ -118,7 +125,7 @@ impl Store {
         // One statement, one snapshot: a fold between two would lose a part.
         let rows = sqlx::query(
             "SELECT t.tile, t.version, t.blocks, t.object AS film, p.block0, p.block1, \
-             p.object AS part FROM tilefold t LEFT JOIN part p ON p.job = t.job \
+             p.object AS part, p.core_us FROM tilefold t LEFT JOIN part p ON p.job = t.job \
              AND p.frame = t.frame AND p.tile = t.tile AND p.object IS NOT NULL \
              WHERE t.job = $1 AND t.frame = $2 AND t.tile >= $3 AND t.tile < $4 \
              ORDER BY t.tile, p.block0",
@@ -147,6 +154,7 @@ impl Store {
                     block0: small(row, "block0")?,
                     block1: small(row, "block1")?,
                     object,
+                    core_us: int(row, "core_us")?,
                 });
             }
         }
@@ -165,7 +173,8 @@ impl Store {
         let error = serde_json::to_string(&fold.error).map_err(|e| corrupt("tile error", e))?;
         let swapped = sqlx::query(
             "UPDATE tilefold SET version = version + 1, blocks = blocks + $5, object = $6, \
-             error = $7 WHERE job = $1 AND frame = $2 AND tile = $3 AND version = $4",
+             error = $7, brightness = $8 \
+             WHERE job = $1 AND frame = $2 AND tile = $3 AND version = $4",
         )
         .bind(job)
         .bind(frame)
@@ -174,6 +183,7 @@ impl Store {
         .bind(i64::from(added))
         .bind(&fold.film)
         .bind(error)
+        .bind(brightness_text(&fold.brightness)?)
         .execute(&mut *tx)
         .await
         .attempt("swap film")?;
@@ -197,6 +207,18 @@ impl Store {
                 return Ok(false);
             }
         }
+        let core_us = fold.old.parts.iter().map(|part| part.core_us).sum::<i64>();
+        sqlx::query(
+            "UPDATE frame SET samples_folded = samples_folded + $3, \
+             core_us_folded = core_us_folded + $4 WHERE job = $1 AND frame = $2",
+        )
+        .bind(job)
+        .bind(frame)
+        .bind(big(fold.samples))
+        .bind(core_us)
+        .execute(&mut *tx)
+        .await
+        .attempt("add to frame")?;
         sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
             .bind(job)
             .execute(&mut *tx)

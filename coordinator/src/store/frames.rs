@@ -1,6 +1,7 @@
 //! Frames of a job: how far each one is, its film and its error.
 
 use super::error::{Attempt, StoreError, corrupt};
+use super::errors::{self, ErrorRow};
 use super::open::Store;
 use super::rows::{count, hash, optional_text, small};
 use shearwater_shared::film::ErrorEstimate;
@@ -127,7 +128,7 @@ impl Store {
         .collect()
     }
 
-    /// Store a frame's film hash and error, once; with the last frame the job is
+    /// Store a frame's film hash and last error, once; with the last frame the job is
     /// done. False when another was faster.
     ///
     /// # Errors
@@ -137,9 +138,10 @@ impl Store {
         job: JobId,
         frame: u32,
         film_hash: &ContentHash,
-        error: Option<&ErrorEstimate>,
+        last: Option<&ErrorRow>,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
+        let error = last.map(|last| &last.error);
         let text = error.map(serde_json::to_string).transpose();
         let text = text.map_err(|e| corrupt("frame error", e))?;
         let mut tx = self.begin().await?;
@@ -157,6 +159,9 @@ impl Store {
         .attempt("store film hash")?;
         if first.rows_affected() != 1 {
             return Ok(false);
+        }
+        if let Some(last) = last {
+            errors::insert(&mut tx, job, last).await?;
         }
         let live = sqlx::query(
             "UPDATE job SET frames_done = frames_done + 1, rev = rev + 1, \

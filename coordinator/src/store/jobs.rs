@@ -187,6 +187,7 @@ impl Store {
         for statement in [
             "DELETE FROM part WHERE job = $1",
             "DELETE FROM tilefold WHERE job = $1",
+            "DELETE FROM error_point WHERE job = $1",
             "DELETE FROM unit WHERE job = $1",
             "DELETE FROM frame WHERE job = $1",
             "DELETE FROM lease WHERE job = $1",

@@ -130,6 +130,11 @@ fn migrator() -> Migrator {
             "animation",
             include_str!("../../migrations/0003_animation.sql"),
         ),
+        simple(
+            4,
+            "errors",
+            include_str!("../../migrations/0004_errors.sql"),
+        ),
     ])
 }
 

@@ -81,15 +81,34 @@ pub(crate) fn sums(plan: &Plan, run: &Run, seed: i64) -> TileSums {
     let range = plan.sample_range(run).expect("run of the plan");
     let pixels = plan.tile_rect(run.tile).expect("tile").pixels();
     let mut sums = TileSums::zero(pixels, &range);
+    let salt = seed * 31 + i64::from(run.frame) * 17 + i64::from(run.tile) * 7;
     for (half, values) in sums.radiance.iter_mut().enumerate() {
-        for (i, value) in values.iter_mut().enumerate() {
+        for (pixel, rgb) in values.chunks_exact_mut(3).enumerate() {
             for sample in range.clone() {
-                let salt = seed * 31 + i64::from(run.frame) * 17 + i64::from(run.tile) * 7;
-                *value += (salt + i64::from(sample) * (3 + half as i64) + i as i64) % 4_000_037;
+                let drift = salt + i64::from(sample) * (3 + half as i64);
+                let light = [0, 1, 2].map(|c| (drift + 3 * pixel as i64 + c) % 4_000_037);
+                sums.brightness.record(light.iter().sum());
+                rgb.iter_mut().zip(light).for_each(|(sum, v)| *sum += v);
             }
         }
     }
     sums
+}
+
+/// The same sums as if one sample had been a step brighter.
+pub(crate) fn brighten(sums: &mut TileSums) {
+    sums.radiance[0][0] += 1;
+    let bins = sums.brightness.bins.iter_mut();
+    let fullest = bins.max_by_key(|bin| bin.samples).expect("bins");
+    fullest.light += 1;
+}
+
+/// The same sums as if `bad` black samples had been bad ones.
+pub(crate) fn spoil(sums: &mut TileSums, bad: u64) {
+    sums.bad.not_a_number += bad;
+    let bins = sums.brightness.bins.iter_mut();
+    let fullest = bins.max_by_key(|bin| bin.samples).expect("bins");
+    fullest.samples -= bad;
 }
 
 /// The film hash that a job must have, computed without any farm.

@@ -1,6 +1,6 @@
 //! Jobs of several frames.
 
-use crate::farm::{Farm, SCENE, expected_hash, json, part, problem, start};
+use crate::farm::{Farm, SCENE, expected_hash, json, part, problem, spoil, start};
 use reqwest::StatusCode;
 use shearwater_shared::api::{FramePage, FrameState, FrameView, JobView, SettingsOverride};
 use shearwater_shared::limits::{FILM_HASHES_MAX, FRAMES_MAX};
@@ -55,7 +55,7 @@ async fn one_frame_of_bad_samples_fails_a_long_film() {
     let run = lease.runs[0];
     let mut bad = part(&job, lease.id, &run, "w");
     // Of 3.9 million samples of the frame; nearly none of the film's.
-    bad.sums.bad.not_a_number = 17;
+    spoil(&mut bad.sums, 17);
     farm.deliver(&bad).await;
     let failed = farm.job(job.id).await;
     let reason = failed.failure.expect("failed");

@@ -179,6 +179,12 @@ async fn sums_that_cannot_be_are_refused_and_change_nothing() {
         "larger",
     )
     .await;
+    let lost = with(&|p| p.sums.radiance[0][0] += 1);
+    refused(&farm, &lost, "other light than the sums").await;
+    let few = with(&|p| {
+        p.sums.brightness.bins.pop();
+    });
+    refused(&farm, &few, "bins").await;
     refused(
         &farm,
         &with(&|p| {

@@ -1,6 +1,7 @@
 //! The coordinator as its clients see it: a real listener, made-up workers.
 
 mod assets;
+mod errors;
 mod farm;
 mod frames;
 mod hostile;

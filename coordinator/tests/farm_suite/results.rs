@@ -1,6 +1,6 @@
 //! Results in every order, number and cut: the film is the same.
 
-use crate::farm::{expected_hash, files, part, problem, start, start_with, sums};
+use crate::farm::{brighten, expected_hash, files, part, problem, spoil, start, start_with, sums};
 use reqwest::StatusCode;
 use shearwater_shared::job::JobState;
 use shearwater_shared::plan::{Plan, Run};
@@ -49,7 +49,7 @@ async fn an_unequal_repetition_is_an_alarm_and_changes_nothing() {
     let lease = farm.lease("w", 5e5).await.expect("work");
     farm.deliver_run(&job, lease.id, &lease.runs[0], "w").await;
     let mut liar = part(&job, lease.id, &lease.runs[0], "liar");
-    liar.sums.radiance[0][0] += 1;
+    brighten(&mut liar.sums);
     problem(farm.deliver(&liar).await, 409, "unequal-result").await;
     assert_eq!(farm.job(job.id).await.unequal_results, 1);
     for run in &lease.runs[1..] {
@@ -133,7 +133,7 @@ async fn bad_samples_are_counted_and_fail_the_job_beyond_their_share() {
     let lease = farm.lease("w", 1e9).await.expect("work");
     let with_bad = |run: &Run, bad: u64| {
         let mut part = part(&job, lease.id, run, "w");
-        part.sums.bad.not_a_number = bad;
+        spoil(&mut part.sums, bad);
         part.sums.depth_cap_hits = 5;
         part
     };

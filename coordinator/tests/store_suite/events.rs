@@ -2,7 +2,7 @@
 
 use crate::suite::{SETTINGS, claim, part, submit};
 use shearwater_coordinator::store::{CommitOutcome, FoldTask, FrameTile, Store};
-use shearwater_shared::film::TileError;
+use shearwater_shared::film::{Brightness, TileError};
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::{Plan, Run};
 use std::collections::BTreeSet;
@@ -143,6 +143,8 @@ impl Model {
             old,
             film: format!("film/{}", self.nonce),
             error: TileError::default(),
+            brightness: Brightness::default(),
+            samples: 0,
         };
         assert!(store.swap_film(&fold).await.expect("swap"));
     }

@@ -1,6 +1,6 @@
 //! The merged film of a tile, and the hash of a whole film.
 
-use super::{BadSamples, FEATURE_CHANNELS, FIXED_ONE, TileSums};
+use super::{BadSamples, Brightness, FEATURE_CHANNELS, FIXED_ONE, TileSums};
 use crate::hash::ContentHash;
 use crate::plan::Plan;
 use serde::{Deserialize, Serialize};
@@ -37,6 +37,9 @@ pub struct TileFilm {
     pub bad: BadSamples,
     /// Paths that ended at the safety cap.
     pub depth_cap_hits: u64,
+    /// How the light is spread over the samples; of those that were summed before
+    /// this was recorded nothing is in it.
+    pub brightness: Brightness,
 }
 
 impl TileFilm {
@@ -50,6 +53,7 @@ impl TileFilm {
             features: vec![0; FEATURE_CHANNELS * pixels],
             bad: BadSamples::default(),
             depth_cap_hits: 0,
+            brightness: Brightness::default(),
         }
     }
 
@@ -78,6 +82,7 @@ impl TileFilm {
         self.feature_samples += u64::from(part.feature_samples);
         self.depth_cap_hits = self.depth_cap_hits.saturating_add(part.depth_cap_hits);
         self.bad.merge(&part.bad);
+        self.brightness.add(&part.brightness);
         Ok(())
     }
 
@@ -98,6 +103,7 @@ impl TileFilm {
         self.feature_samples += other.feature_samples;
         self.depth_cap_hits = self.depth_cap_hits.saturating_add(other.depth_cap_hits);
         self.bad.merge(&other.bad);
+        self.brightness.add(&other.brightness);
         Ok(())
     }
 
@@ -324,13 +330,21 @@ mod tests {
             width: 4,
             height: 3,
         };
-        let good = part(12, 1, 0..4);
+        let mut good = part(12, 1, 0..4);
+        // Each sum as four samples as even as may be.
+        for sum in good.radiance.iter().flat_map(|half| half.chunks_exact(3)) {
+            let light: i64 = sum.iter().sum();
+            (0..4).for_each(|i| good.brightness.record((light + i) / 4));
+        }
         assert_eq!(good.check(&rect, &(0..4)), Ok(()));
         assert!(good.check(&rect, &(0..5)).is_err());
         assert!(
             good.check(&rect, &(20..24)).is_err(),
             "features beyond the feature samples"
         );
+        let mut lost = good.clone();
+        lost.radiance[1][7] += 1;
+        assert!(lost.check(&rect, &(0..4)).is_err(), "light from nowhere");
         let mut negative = good.clone();
         negative.radiance[0][0] = -1;
         assert!(negative.check(&rect, &(0..4)).is_err());

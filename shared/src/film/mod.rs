@@ -6,12 +6,16 @@
 //! run sums in `i64`; the merged film in `i128`.
 
 mod bad;
+mod brightness;
 mod error;
 mod fixed;
 mod merge;
 
 pub use bad::{BadCause, BadSample, BadSamples};
-pub use error::{ErrorEstimate, TileError, estimate_error, join_errors, tile_error};
+pub use brightness::{BRIGHTNESS_BINS, Brightness, BrightnessBin, brightness_bin};
+pub use error::{
+    ErrorDetail, ErrorEstimate, TileDetail, TileError, estimate_error, join_errors, tile_error,
+};
 pub use fixed::{FIXED_ONE, FIXED_SHIFT, SAMPLE_MAX, fixed_from_f32, rgb_to_fixed};
 pub use merge::{FilmError, FilmHasher, TileFilm, film_hash};
 
@@ -64,6 +68,8 @@ pub struct TileSums {
     pub bad: BadSamples,
     /// Paths that ended at the safety cap on their depth.
     pub depth_cap_hits: u64,
+    /// How the light is spread over the samples that are no bad ones.
+    pub brightness: Brightness,
 }
 
 impl TileSums {
@@ -83,6 +89,7 @@ impl TileSums {
             },
             bad: BadSamples::default(),
             depth_cap_hits: 0,
+            brightness: Brightness::zero(),
         }
     }
 
@@ -129,8 +136,11 @@ impl TileSums {
                 "a feature sum is larger than its samples can reach",
             ));
         }
-        self.bad
-            .check(pixels as u64 * u64::from(self.samples_per_half) * 2)
+        let samples = pixels as u64 * u64::from(self.samples_per_half) * 2;
+        self.bad.check(samples)?;
+        let light = self.radiance.iter().flatten();
+        let light = light.fold(0u128, |sum, &value| sum + value as u128);
+        self.brightness.check(samples - self.bad.total(), light)
     }
 }
 

@@ -97,7 +97,11 @@ impl Meddler {
     pub(crate) fn send_one_altered(&self) {
         let body = self.shared.log.lock().expect("log").bodies[0].clone();
         let mut part = wire::decode_part(&body).expect("a part");
-        part.sums.radiance[0][0] ^= 1;
+        // One step of light more, in the sums and in their histogram: what arithmetic
+        // that differs would give.
+        part.sums.radiance[0][0] += 1;
+        let bins = part.sums.brightness.bins.iter_mut();
+        bins.max_by_key(|bin| bin.samples).expect("bins").light += 1;
         let body = wire::encode_part(&part).expect("a message").into();
         let answer = self.runtime.block_on(self.shared.result(body));
         let (status, text) = answer.expect("an answer");

@@ -120,6 +120,8 @@ fn add_radiance(
     sums.depth_cap_hits += u64::from(result.depth_capped);
     match rgb_to_fixed(result.radiance.to_array()) {
         Ok(rgb) => {
+            // At most 3 x 2^50.
+            sums.brightness.record(rgb.iter().sum());
             let sum = &mut sums.radiance[half.index()][3 * pixel..3 * pixel + 3];
             for (sum, value) in sum.iter_mut().zip(rgb) {
                 *sum += value;

@@ -1,0 +1,86 @@
+//! Speed and error of a job, for people.
+
+use crate::output::{nmse_text, scaled};
+use shearwater_shared::api::JobView;
+use shearwater_shared::film::{ErrorDetail, ErrorEstimate};
+
+/// Samples per second, and those of one core.
+pub(crate) fn speed(job: &JobView) -> String {
+    let all = scaled(job.samples_per_s);
+    if job.core_s <= 0.0 {
+        return format!("{all} samples/s");
+    }
+    let of_a_core = scaled(job.samples_done as f64 / job.core_s);
+    format!("{all} samples/s ({of_a_core} per core)")
+}
+
+/// Rows about the error of a job's picture.
+pub(crate) fn rows(job: &JobView) -> Vec<(&'static str, String)> {
+    let Some(error) = &job.error else {
+        return Vec::new();
+    };
+    let mut rows = vec![("NMSE", nmse(job, error))];
+    if let Some(detail) = &error.detail {
+        rows.extend(detail_rows(detail));
+    }
+    rows
+}
+
+fn nmse(job: &JobView, error: &ErrorEstimate) -> String {
+    let mut text = nmse_text(job, error.nmse);
+    text.push_str(&format!(
+        ", worst tile {:.1e} ({})",
+        error.worst_tile_nmse, error.worst_tile
+    ));
+    if let Some(at_end) = job.nmse_at_end {
+        text.push_str(&format!(", {at_end:.1e} at the end"));
+    }
+    text
+}
+
+fn detail_rows(detail: &ErrorDetail) -> Vec<(&'static str, String)> {
+    let mut rows = vec![
+        (
+            "relMSE",
+            format!(
+                "{:.3e}, worst tile {:.1e} ({})",
+                detail.relmse, detail.worst_tile_relmse, detail.worst_relmse_tile
+            ),
+        ),
+        (
+            "mean",
+            format!(
+                "{:.6} +- {:.1e} (luminance, 95 %)",
+                detail.mean, detail.mean_interval
+            ),
+        ),
+    ];
+    if let Some(share) = detail.firefly_share {
+        let text = format!(
+            "{:.3} % of the light in 0.01 % of the samples",
+            100.0 * share
+        );
+        rows.push(("fireflies", text));
+    }
+    if detail.repeated_tiles > 0 {
+        let text = format!(
+            "the halves of {} tiles are equal: a repeated seed? Their error is unknown",
+            detail.repeated_tiles
+        );
+        rows.push(("ALARM", text));
+    }
+    rows
+}
+
+/// The error on one short line: now and, if it is known, at the end.
+pub(crate) fn short(job: &JobView) -> Option<String> {
+    let error = job.error.as_ref()?;
+    let mut text = format!("NMSE {:.1e}", error.nmse);
+    if let Some(at_end) = job.nmse_at_end {
+        text.push_str(&format!(" ({at_end:.1e} at the end)"));
+    }
+    if error.detail.is_some_and(|detail| detail.repeated_tiles > 0) {
+        text.push_str("  ALARM: equal halves");
+    }
+    Some(text)
+}
