@@ -1,0 +1,45 @@
+//! What is measured.
+
+use serde_json::{Value, json};
+
+/// Merge patches of a scene; the first changes nothing and shows the noise.
+pub(crate) fn all() -> Vec<Value> {
+    [
+        json!({}),
+        json!({"sampler": "independent"}),
+        json!({"sobol_scatterings": 0}),
+        json!({"sobol_scatterings": 1}),
+        json!({"sobol_scatterings": 2}),
+        json!({"sobol_scatterings": 4}),
+        json!({"sobol_scatterings": 8}),
+        json!({"mis": "balance"}),
+        json!({"mis": "lights_only"}),
+        json!({"mis": "scattering_only"}),
+        json!({"map_compensation": true}),
+        json!({"map_compensation": true, "mis": "balance"}),
+        json!({"sky_sampling": "any_sky"}),
+        json!({"sky_sampling": "any_sky", "map_compensation": true}),
+        json!({"sky_sampling": "any_sky", "map_compensation": true, "mis": "balance"}),
+        json!({"sky_sampling": "always"}),
+        json!({"sky_sampling": "always", "map_compensation": true}),
+        json!({"sky_sampling": "never"}),
+        json!({"faint_share": 0}),
+        json!({"faint_share": 0.02}),
+        json!({"faint_share": 0.2}),
+        json!({"roulette": {"from": 0}}),
+        json!({"roulette": {"from": 2}}),
+        json!({"roulette": {"from": 3}}),
+        json!({"roulette": {"from": 5}}),
+        json!({"roulette": {"rule": "throughput_root"}}),
+        json!({"roulette": {"rule": "throughput_root", "from": 0}}),
+        json!({"roulette": {"rule": "albedo", "from": 0}}),
+        json!({"roulette": {"rule": "albedo"}}),
+        json!({"roulette": {"rule": "none"}}),
+        json!({"roulette": {"survival_min": 0.01}}),
+        json!({"roulette": {"survival_min": 0.2}}),
+        json!({"roulette": {"survival_min": 0.5}}),
+    ]
+    .into_iter()
+    .map(|sampling| json!({"sampling": sampling}))
+    .collect()
+}
