@@ -10,9 +10,8 @@ mod measure;
 mod scenes;
 mod variants;
 
-use measure::{Measured, Reference, measure_pair, reference};
+use measure::{Measured, measure_pair, reference};
 use serde_json::Value;
-use shearwater_tracer::Stage;
 
 struct Options {
     scenes: Vec<String>,
@@ -50,68 +49,65 @@ fn run(case: &scenes::Case, options: &Options) -> Result<(), String> {
         "\n### {}\n\n{}x{}, reference of {} samples (its own relMSE {:.2e})\n",
         case.name, options.size.0, options.size.1, options.reference, reference.rel_mse
     );
-    let mut head = String::from("| sampling | time |");
-    for spp in &options.spp {
-        head += &format!(" relMSE at {spp} | without the worst 0.1 % |");
-    }
-    println!("{head} efficiency |");
-    println!("|{}", "---|".repeat(3 + 2 * options.spp.len()));
-    let mut seed = 1;
+    // The default's errors, of all pairs together: by count of samples.
+    let mut pooled: Vec<Vec<f64>> = vec![Vec::new(); options.spp.len()];
+    let (mut rows, mut seed) = (Vec::new(), 1);
     for variant in variants::all() {
         if !variant.to_string().contains(&options.variants) {
             continue;
         }
+        eprintln!("{}: {variant}", case.name);
         let stage = scenes::stage(case, &variant)?;
-        row(&base, &stage, &variant, &reference, options, &mut seed)?;
+        let mut row = Vec::new();
+        for (&spp, pooled) in options.spp.iter().zip(&mut pooled) {
+            let mut both = [Measured::default(), Measured::default()];
+            for _ in 0..(options.samples / spp).max(1) {
+                let stages = [&base, &stage];
+                measure_pair(stages, options.size, spp, seed, &reference, &mut both)?;
+                seed += 2;
+            }
+            let [of_base, of_variant] = both;
+            row.push((of_variant.seconds / of_base.seconds, of_variant.squares));
+            pooled.extend(of_base.squares);
+        }
+        let name = variant["sampling"].to_string().replace('"', "");
+        rows.push((name, row));
     }
+    print_table(&options.spp, &pooled, &rows);
     Ok(())
 }
 
-fn row(
-    base: &Stage,
-    stage: &Stage,
-    variant: &Value,
-    reference: &Reference,
-    options: &Options,
-    seed: &mut u64,
-) -> Result<(), String> {
-    let mut cells = String::new();
-    let (mut time, mut efficiency) = ([0.0f64; 2], String::new());
-    for &spp in &options.spp {
-        let mut both = [Measured::default(), Measured::default()];
-        for _ in 0..(options.samples / spp).max(1) {
-            measure_pair(
-                [base, stage],
-                options.size,
-                spp,
-                *seed,
-                reference,
-                &mut both,
-            )?;
-            *seed += 2;
-        }
-        let ratio = measure::ratio(&both[1].squares, &both[0].squares);
-        let trimmed = both[1].trimmed() / both[0].trimmed();
-        cells += &format!(
-            " {:.3e}, {:.3} ± {:.3} | {trimmed:.3} |",
-            both[1].rel_mse(),
-            ratio.0,
-            ratio.1
-        );
-        for (sum, measured) in time.iter_mut().zip(&both) {
-            *sum += measured.seconds;
-        }
-        efficiency = format!(
-            "{:.3}",
-            both[0].seconds / both[1].seconds / ratio.0.max(f64::MIN_POSITIVE)
+/// A way of sampling: for each count of samples its time over the default's, and
+/// its squared errors.
+type Row = (String, Vec<(f64, Vec<f64>)>);
+
+// Every figure is a ratio to the default's: time, error, error without the worst
+// pixels. Efficiency is 1 / (error x time) at the largest count.
+fn print_table(spp: &[u32], pooled: &[Vec<f64>], rows: &[Row]) {
+    let mut head = String::from("| sampling | time |");
+    let mut first = String::from("| default | 1 |");
+    for (spp, squares) in spp.iter().zip(pooled) {
+        head += &format!(" relMSE at {spp} | without the worst 0.1 % |");
+        first += &format!(
+            " {:.3e} | {:.3e} |",
+            measure::mean(squares),
+            measure::trimmed(squares)
         );
     }
-    let name = variant["sampling"].to_string().replace('"', "");
-    println!(
-        "| {name} | {:.3} |{cells} {efficiency} |",
-        time[1] / time[0]
-    );
-    Ok(())
+    println!("{head} efficiency |\n|{}", "---|".repeat(3 + 2 * spp.len()));
+    println!("{first} 1 |");
+    for (name, row) in rows {
+        let times: f64 = row.iter().map(|(time, _)| time).sum();
+        let time = times / row.len() as f64;
+        let (mut cells, mut efficiency) = (String::new(), 0.0);
+        for ((_, squares), base) in row.iter().zip(pooled) {
+            let (ratio, error) = measure::ratio(squares, base);
+            let trimmed = measure::trimmed(squares) / measure::trimmed(base);
+            cells += &format!(" {ratio:.3} ± {error:.3} | {trimmed:.3} |");
+            efficiency = 1.0 / (time * ratio);
+        }
+        println!("| `{name}` | {time:.3} |{cells} {efficiency:.2} |");
+    }
 }
 
 fn options() -> Result<Options, String> {

@@ -35,22 +35,17 @@ pub(crate) struct Measured {
     pub(crate) seconds: f64,
 }
 
-impl Measured {
-    pub(crate) fn rel_mse(&self) -> f64 {
-        mean(&self.squares)
-    }
-
-    /// Without the worst pixels.
-    pub(crate) fn trimmed(&self) -> f64 {
-        let mut sorted = self.squares.clone();
-        sorted.sort_by(f64::total_cmp);
-        let kept = sorted.len() - (sorted.len() as f64 * WORST).ceil() as usize;
-        mean(&sorted[..kept])
-    }
+/// Mean of all.
+pub(crate) fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
+/// Mean without the worst pixels.
+pub(crate) fn trimmed(values: &[f64]) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let kept = sorted.len() - (sorted.len() as f64 * WORST).ceil() as usize;
+    mean(&sorted[..kept])
 }
 
 /// Ratio of two means and its standard error (linearised).

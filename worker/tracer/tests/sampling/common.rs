@@ -129,12 +129,12 @@ pub(crate) fn variance(scene: &Scene, side: u32, samples: u32) -> f64 {
 }
 
 /// A floor of one material.
-pub(crate) fn floor(material: Value) -> Value {
+pub(crate) fn floor(material: &Value) -> Value {
     json!({"materials": {"m": material}, "instances": [{"mesh": "floor", "material": "m"}]})
 }
 
 /// `fields` and those of `more`.
-pub(crate) fn with(fields: &Value, more: Value) -> Value {
+pub(crate) fn with(fields: &Value, more: &Value) -> Value {
     let mut all = fields.clone();
     for (name, value) in more.as_object().into_iter().flatten() {
         all[name] = value.clone();

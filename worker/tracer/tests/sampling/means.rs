@@ -63,17 +63,17 @@ fn agree(what: &str, fields: &Value, samples: u32) {
 
 #[test]
 fn a_diffuse_floor() {
-    let ground = floor(json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
-    agree("diffuse", &with(&ground, spotted()), 128);
+    let ground = floor(&json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
+    agree("diffuse", &with(&ground, &spotted()), 128);
 }
 
 #[test]
 fn shiny_floors() {
     for roughness in [0.2, 0.6] {
-        let ground = floor(json!({"type": "ggx", "metalness": 1, "roughness": roughness}));
+        let ground = floor(&json!({"type": "ggx", "metalness": 1, "roughness": roughness}));
         agree(
             &format!("metal {roughness}"),
-            &with(&ground, spotted()),
+            &with(&ground, &spotted()),
             512,
         );
     }
@@ -83,14 +83,14 @@ fn shiny_floors() {
 #[test]
 fn a_varnished_floor() {
     let ground = floor(
-        json!({"type": "ggx", "roughness": 0, "specular_f0": 0.4, "base_color": [0.5, 0.5, 0.5]}),
+        &json!({"type": "ggx", "roughness": 0, "specular_f0": 0.4, "base_color": [0.5, 0.5, 0.5]}),
     );
-    agree("varnish", &with(&ground, spotted()), 256);
+    agree("varnish", &with(&ground, &spotted()), 256);
 }
 
 #[test]
 fn many_scatterings() {
-    agree("bowl", &with(&bowl(0.9), spotted()), 128);
+    agree("bowl", &with(&bowl(0.9), &spotted()), 128);
 }
 
 #[test]
@@ -98,14 +98,14 @@ fn a_cloud() {
     let cloud = json!({"clouds": [{"type": "volume", "sigma_t_per_m": 2, "g": 0.7,
         "shape": {"type": "ellipsoid", "centre_m": [0, 0, 0], "radii_m": [1, 1, 1], "resolution": 16}}],
         "camera": {"position_m": [0, 1, 5], "target_m": [0, 0, 0], "vertical_fov_deg": 15}});
-    agree("cloud", &with(&cloud, spotted()), 128);
+    agree("cloud", &with(&cloud, &spotted()), 128);
 }
 
 #[test]
 fn under_a_dome() {
-    let ground = floor(json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
+    let ground = floor(&json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
     let dome = json!({"sky": {"type": "dome", "file": "spotted.exr", "centre_m": [3, 1, -2], "radius_m": 20}});
-    agree("dome", &with(&with(&ground, spotted()), dome), 128);
+    agree("dome", &with(&with(&ground, &spotted()), &dome), 128);
 }
 
 // Every point of a hemisphere sees itself for one half (areas over the sphere's):
@@ -115,7 +115,7 @@ fn a_bowl_has_its_analytic_radiance_under_every_choice() {
     let white = json!({"sky": {"type": "constant", "radiance": [1, 1, 1]}});
     let expected = 0.8 / (2.0 - 0.8);
     for (sampling, seed) in variants().into_iter().zip(300..) {
-        let built = scene(SIDE, &with(&bowl(0.8), white.clone()), &sampling, seed);
+        let built = scene(SIDE, &with(&bowl(0.8), &white), &sampling, seed);
         let (mean, error) = mean_and_error(&built, SIDE, 256);
         // 1e-3 of it for facets instead of a sphere.
         assert!(
@@ -128,11 +128,11 @@ fn a_bowl_has_its_analytic_radiance_under_every_choice() {
 // The sun's irradiance is pi L sin^2(r) sin(elevation), however it is found.
 #[test]
 fn the_sun_gives_its_irradiance_under_every_choice() {
-    let ground = floor(json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
+    let ground = floor(&json!({"type": "lambert", "albedo": [0.5, 0.5, 0.5]}));
     let sun = json!({"sun": {"azimuth_deg": 10, "elevation_deg": 50, "angular_radius_deg": 30, "radiance": [1, 1, 1]}});
     let expected = 0.5 * 0.25 * libm::sin(50f64.to_radians());
     for (sampling, seed) in variants().into_iter().zip(400..) {
-        let built = scene(SIDE, &with(&ground, sun.clone()), &sampling, seed);
+        let built = scene(SIDE, &with(&ground, &sun), &sampling, seed);
         let (mean, error) = mean_and_error(&built, SIDE, 128);
         assert!(
             (mean - expected).abs() < 4.0 * error + 1e-5 * expected && error < 1e-2 * expected,
