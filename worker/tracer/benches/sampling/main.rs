@@ -2,16 +2,20 @@
 //!
 //! `cargo bench --bench sampling -- [--scenes a,b] [--variants text] [--size 128x64]
 //! [--spp 16,64] [--samples 256] [--reference 4096]` prints Markdown tables, the
-//! figures of docs/sampling.md. Each way is rendered in turn with the default, tile
-//! by tile on one thread, with seeds of its own, so what else the machine does hits
-//! both. Time is that of the thread on a core.
+//! figures of docs/sampling.md. Groups of ways are rendered in turn with the
+//! default, tile by tile on one thread, with seeds of their own, so what else the
+//! machine does hits all. Time is that of the thread on a core.
 
 mod measure;
 mod scenes;
 mod variants;
 
-use measure::{Measured, measure_pair, reference};
+use measure::{Measured, measure_together, reference};
 use serde_json::Value;
+use shearwater_tracer::Stage;
+
+/// Ways that are measured together with one run of the default.
+const GROUP: usize = 5;
 
 struct Options {
     scenes: Vec<String>,
@@ -49,29 +53,37 @@ fn run(case: &scenes::Case, options: &Options) -> Result<(), String> {
         "\n### {}\n\n{}x{}, reference of {} samples (its own relMSE {:.2e})\n",
         case.name, options.size.0, options.size.1, options.reference, reference.rel_mse
     );
-    // The default's errors, of all pairs together: by count of samples.
+    let wanted: Vec<Value> = variants::all()
+        .into_iter()
+        .filter(|variant| variant.to_string().contains(&options.variants))
+        .collect();
+    // The default's errors, of all groups together: by count of samples.
     let mut pooled: Vec<Vec<f64>> = vec![Vec::new(); options.spp.len()];
     let (mut rows, mut seed) = (Vec::new(), 1);
-    for variant in variants::all() {
-        if !variant.to_string().contains(&options.variants) {
-            continue;
-        }
-        eprintln!("{}: {variant}", case.name);
-        let stage = scenes::stage(case, &variant)?;
-        let mut row = Vec::new();
+    for group in wanted.chunks(GROUP) {
+        let built: Vec<Stage> = group
+            .iter()
+            .map(|variant| scenes::stage(case, variant))
+            .collect::<Result<_, _>>()?;
+        let stages: Vec<&Stage> = std::iter::once(&base).chain(&built).collect();
+        let mut results: Vec<Vec<(f64, Vec<f64>)>> = vec![Vec::new(); group.len()];
         for (&spp, pooled) in options.spp.iter().zip(&mut pooled) {
-            let mut both = [Measured::default(), Measured::default()];
+            let mut found: Vec<Measured> = stages.iter().map(|_| Measured::default()).collect();
             for _ in 0..(options.samples / spp).max(1) {
-                let stages = [&base, &stage];
-                measure_pair(stages, options.size, spp, seed, &reference, &mut both)?;
-                seed += 2;
+                measure_together(&stages, options.size, spp, seed, &reference, &mut found)?;
+                seed += stages.len() as u64;
             }
-            let [of_base, of_variant] = both;
-            row.push((of_variant.seconds / of_base.seconds, of_variant.squares));
+            let of_base = found.remove(0);
+            for (result, found) in results.iter_mut().zip(found) {
+                result.push((found.seconds / of_base.seconds, found.squares));
+            }
             pooled.extend(of_base.squares);
         }
-        let name = variant["sampling"].to_string().replace('"', "");
-        rows.push((name, row));
+        let names = group
+            .iter()
+            .map(|variant| variant["sampling"].to_string().replace('"', ""));
+        rows.extend(names.zip(results));
+        eprintln!("{}: {} of {}", case.name, rows.len(), wanted.len());
     }
     print_table(&options.spp, &pooled, &rows);
     Ok(())

@@ -77,24 +77,25 @@ pub(crate) fn reference(stage: &Stage, size: (u32, u32), spp: u32) -> Result<Ref
     Ok(Reference { rgb, rel_mse })
 }
 
-/// One picture of each stage, tile by tile in turn, with seeds `seed` and `seed + 1`.
-pub(crate) fn measure_pair(
-    stages: [&Stage; 2],
+/// One picture of each stage, tile by tile in turn, with seeds from `seed` on.
+pub(crate) fn measure_together(
+    stages: &[&Stage],
     size: (u32, u32),
     spp: u32,
     seed: u64,
     reference: &Reference,
-    into: &mut [Measured; 2],
+    into: &mut [Measured],
 ) -> Result<(), String> {
-    let scenes = [
-        frame(stages[0], size, seed)?,
-        frame(stages[1], size, seed + 1)?,
-    ];
+    let scenes: Vec<Scene> = stages
+        .iter()
+        .zip(seed..)
+        .map(|(stage, seed)| frame(stage, size, seed))
+        .collect::<Result<_, _>>()?;
     let mut first = 0;
     for (number, rect) in tiles(size).into_iter().enumerate() {
-        for turn in 0..2 {
+        for turn in 0..scenes.len() {
             // Who goes first changes from tile to tile.
-            let which = (turn + number) % 2;
+            let which = (turn + number) % scenes.len();
             let start = core_seconds()?;
             let film = render(&scenes[which], &rect, spp)?;
             into[which].seconds += core_seconds()? - start;
