@@ -1,8 +1,8 @@
 //! The command line.
 
 use crate::commands::{
-    cancel, compare, coordinator, download, export, jobs, render, status, submit, watch, water,
-    worker,
+    cancel, compare, coordinator, download, export, jobs, render, report, status, submit, watch,
+    water, worker,
 };
 use crate::exit;
 use crate::frames::{self, FrameRange};
@@ -75,6 +75,7 @@ pub(crate) enum Command {
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
     Compare(compare::Compare),
+    Report(report::Report),
     Water(water::Water),
     Export(export::Export),
     /// Print the JSON Schema of scene.json
@@ -135,9 +136,9 @@ impl Settings {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Size {
-    width: u32,
-    height: u32,
+pub(crate) struct Size {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
 }
 
 impl FromStr for Size {
@@ -160,7 +161,7 @@ impl FromStr for Size {
     }
 }
 
-fn parse_spp(text: &str) -> Result<u32, String> {
+pub(crate) fn parse_spp(text: &str) -> Result<u32, String> {
     text.parse::<u32>()
         .ok()
         .filter(|n| (2..=limits::SAMPLES_MAX).contains(n) && n.is_multiple_of(2))

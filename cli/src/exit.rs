@@ -93,6 +93,9 @@ pub(crate) enum CliError {
     /// They do, and differ too much; what was found is printed already.
     #[error("the pictures differ: {0}")]
     Different(String),
+    /// A report is written, but some variants are not in it.
+    #[error("variants that could not be rendered:\n{0}")]
+    Variants(String),
     /// A signal came.
     #[error("interrupted")]
     Interrupted,
@@ -102,7 +105,7 @@ impl CliError {
     /// The exit code.
     pub(crate) const fn exit(&self) -> Exit {
         match self {
-            Self::Scene(_) => Exit::Scene,
+            Self::Scene(_) | Self::Variants(_) => Exit::Scene,
             Self::Unreachable { .. } => Exit::Unreachable,
             Self::Refused(_)
             | Self::Strange { .. }

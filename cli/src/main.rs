@@ -12,6 +12,7 @@ mod follow;
 mod frames;
 mod json_paths;
 mod logging;
+mod machine;
 mod memory;
 mod output;
 mod scene_files;

@@ -32,8 +32,8 @@ pub(crate) fn note(text: impl std::fmt::Display) {
 /// Print why the command failed. Text always goes to standard error.
 pub(crate) fn error(error: &CliError, json: bool) {
     eprintln!("error: {error}");
-    // One object only: a comparison has printed its own.
-    if json && !matches!(error, CliError::Different(_)) {
+    // One object only: a comparison or a report has printed its own.
+    if json && !matches!(error, CliError::Different(_) | CliError::Variants(_)) {
         object(&json!({
             "error": {
                 "kind": error.kind(),

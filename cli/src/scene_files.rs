@@ -12,6 +12,7 @@ use shearwater_shared::limits;
 use shearwater_shared::scene::{self, SceneDescription, SceneError, references};
 use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// What the scene's own file is called in errors of the library.
 const SCENE_FILE: &str = "scene.json";
@@ -60,25 +61,40 @@ impl Use {
 
 /// Read a scene and all its files.
 pub(crate) fn collect(scene_path: &Path) -> Result<Bundle, CliError> {
-    let scene_file = if scene_path.is_dir() {
-        scene_path.join(SCENE_FILE)
+    let scene_file = scene_file(scene_path);
+    let bytes = read_scene(&scene_file)?;
+    let bundle = collect_bytes(&bytes, &scene_file)?;
+    bundle.description.doubts().iter().for_each(output::note);
+    Ok(bundle)
+}
+
+/// The scene.json that a user means by its path or by that of its folder.
+pub(crate) fn scene_file(path: &Path) -> PathBuf {
+    if path.is_dir() {
+        path.join(SCENE_FILE)
     } else {
-        scene_path.to_owned()
-    };
-    let bytes = std::fs::read(&scene_file)
-        .map_err(|e| CliError::Scene(format!("{}: {e}", scene_file.display())))?;
+        path.to_owned()
+    }
+}
+
+/// The bytes of a scene.json.
+pub(crate) fn read_scene(scene_file: &Path) -> Result<Vec<u8>, CliError> {
+    std::fs::read(scene_file).map_err(|e| CliError::Scene(format!("{}: {e}", scene_file.display())))
+}
+
+/// All files of a scene whose scene.json would hold `bytes` and lie at `scene_file`.
+pub(crate) fn collect_bytes(bytes: &[u8], scene_file: &Path) -> Result<Bundle, CliError> {
     let file = scene_file.display().to_string();
-    let description = scene::parse(&bytes).map_err(|error| at_file(error, &file))?;
-    let mut wanted: VecDeque<Use> = uses(&description, &bytes, &file).into();
-    description.doubts().iter().for_each(output::note);
+    let description = scene::parse(bytes).map_err(|error| at_file(error, &file))?;
+    let mut wanted: VecDeque<Use> = uses(&description, bytes, &file).into();
     let folder = scene_file.parent().unwrap_or(Path::new("")).to_owned();
-    let hash = ContentHash::of(&bytes);
+    let hash = ContentHash::of(bytes);
     let mut bundle = Bundle {
         manifest: Manifest {
             scene: hash,
             files: BTreeMap::new(),
         },
-        sources: [(hash, Source(scene_file))].into(),
+        sources: [(hash, Source(scene_file.to_owned()))].into(),
         description,
         file,
     };
@@ -100,6 +116,18 @@ fn at_file(mut error: SceneError, file: &str) -> SceneError {
 }
 
 impl Bundle {
+    /// The bytes of its files, by the names that the scene uses.
+    pub(crate) fn assets(&self) -> Result<BTreeMap<String, Arc<[u8]>>, CliError> {
+        let read = |(name, asset): (&String, &AssetRef)| {
+            let Some(Source(path)) = self.sources.get(&asset.hash) else {
+                return Err(CliError::Scene(format!("{name}: no such file")));
+            };
+            let bytes = std::fs::read(path).map_err(CliError::io(path))?;
+            Ok((name.clone(), bytes.into()))
+        };
+        self.manifest.files.iter().map(read).collect()
+    }
+
     /// The same for an error that a worker found.
     pub(crate) fn at_file(&self, error: CliError) -> CliError {
         match error {

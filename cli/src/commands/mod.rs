@@ -7,6 +7,7 @@ pub(crate) mod download;
 pub(crate) mod export;
 pub(crate) mod jobs;
 pub(crate) mod render;
+pub(crate) mod report;
 pub(crate) mod status;
 pub(crate) mod submit;
 pub(crate) mod watch;
@@ -31,6 +32,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,
         Command::Compare(args) => compare::run(args, json),
+        Command::Report(args) => report::run(args, json).await,
         Command::Water(args) => water::run(args, json),
         Command::Export(args) => export::run(args, json).await,
         Command::Schema => {

@@ -69,7 +69,8 @@ pub fn hdr_flip(picture: &Plane<'_>, reference: &Plane<'_>, ppd: f32) -> Option<
     Some(HdrFlip { map, exposures })
 }
 
-fn tone(x: f32) -> f32 {
+/// The ACES curve; 0 to 1.
+pub(crate) fn tone(x: f32) -> f32 {
     // Beyond, both squares overflow; the curve has long been flat.
     let x = x.clamp(0.0, 1e15);
     ((N2 * x + N1) * x / ((D2 * x + D1) * x + D0)).clamp(0.0, 1.0)

@@ -13,6 +13,7 @@ mod ldr;
 mod separable;
 mod spatial;
 
+pub(crate) use hdr::tone;
 pub use hdr::{Exposures, HdrFlip, hdr_flip};
 pub use ldr::ldr_flip;
 
