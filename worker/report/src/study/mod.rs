@@ -153,3 +153,6 @@ pub enum StudyError {
     #[error("{0}")]
     Scene(String),
 }
+
+#[cfg(test)]
+mod tests;

@@ -6,6 +6,7 @@ use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::SceneDescription;
 use shearwater_shared::stop::Stop;
 use shearwater_tracer::{Assets, BuildOptions, Scene, Stage};
+use std::cell::OnceCell;
 
 /// A scene with the bytes of its files.
 #[derive(Clone, Debug)]
@@ -19,16 +20,18 @@ pub struct Loaded {
 /// Finds the files of a scene: number of the scene, bytes of its scene.json; why not.
 pub type Load<'a> = dyn Fn(usize, &[u8]) -> Result<Loaded, String> + 'a;
 
-/// A scene that is ready for any seed.
+/// A scene that is ready for any seed, once it is built: where all is in the store, it
+/// never is.
 pub(super) struct Prepared {
-    pub(super) stage: Stage,
+    loaded: Loaded,
+    stage: OnceCell<Stage>,
     pub(super) name: String,
     pub(super) size: (u32, u32),
     /// See [`key::of_scene`].
     pub(super) key: String,
 }
 
-/// Patch, parse, build. `size` overrides the scene's.
+/// Patch and parse. `size` overrides the scene's.
 pub(super) fn prepare(
     load: &Load<'_>,
     number: usize,
@@ -41,11 +44,10 @@ pub(super) fn prepare(
     let image = &loaded.description.image;
     let size = size.unwrap_or((image.width, image.height));
     let key = key::of_scene(&bytes, &loaded.assets, size);
-    let (stage, _) = Stage::build(&loaded.description, &loaded.assets, BuildOptions::default())
-        .map_err(|e| e.to_string())?;
     Ok(Prepared {
-        stage,
-        name: loaded.description.name,
+        name: loaded.description.name.clone(),
+        loaded,
+        stage: OnceCell::new(),
         size,
         key,
     })
@@ -64,6 +66,18 @@ impl Prepared {
             stop: Stop::default(),
         };
         settings.validate().map_err(|e| e.to_string())?;
-        self.stage.frame(&settings, 0).map_err(|e| e.to_string())
+        let stage = match self.stage.get() {
+            Some(stage) => stage,
+            None => {
+                let Loaded {
+                    description,
+                    assets,
+                } = &self.loaded;
+                let (stage, _) = Stage::build(description, assets, BuildOptions::default())
+                    .map_err(|e| e.to_string())?;
+                self.stage.get_or_init(|| stage)
+            }
+        };
+        stage.frame(&settings, 0).map_err(|e| e.to_string())
     }
 }

@@ -308,7 +308,9 @@ impl<'a> Run<'a> {
                 "{text}: {:.2} core s, relMSE {:.3e}",
                 point.core_s, point.rel_mse
             ));
-            points.push(point);
+            // JSON may change the last bit: take what the next run will read.
+            let kept = store.read_json(&self.file(&format!("{spp}.json")));
+            points.push(kept.unwrap_or(point));
         }
         Ok(points)
     }
