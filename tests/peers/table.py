@@ -1,9 +1,13 @@
 """Error and seconds of the pictures below a folder as Markdown tables.
 
     table.py target/peers
+
+PEERS_TIME=cpu takes CPU seconds instead of wall seconds, for a machine that others use:
+less exact, since set-up is subtracted, but not what others took.
 """
 
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -17,6 +21,7 @@ TARGET = 1e-2
 WORST = 1e-3
 # relMSE = mean of (x - r)^2 / (r^2 + EPSILON).
 EPSILON = 0.01
+SECONDS = "cpu_seconds" if os.environ.get("PEERS_TIME") == "cpu" else "seconds"
 
 
 def errors(picture, reference):
@@ -31,7 +36,7 @@ def errors(picture, reference):
 def time_to(points, target):
     """Seconds where the error reaches `target`: a straight line in logarithms through
     the two measured points about it, or the last two; None without two."""
-    points = sorted(points)
+    points = sorted(p for p in points if p[0] > 0.0)
     if len(points) < 2:
         return None
     logs = np.log(np.array(points))
@@ -53,13 +58,13 @@ def measured(folder):
         # The reference has noise too: of errors e/n and e/N their sum is measured.
         own = 1.0 + picture["spp"] / known["spp"]
         whole, kept = errors(np.load(folder / picture["file"]), reference)
-        rows.append((picture["spp"], picture["cpu_seconds"], whole / own, kept / own))
+        rows.append((picture["spp"], picture[SECONDS], whole / own, kept / own))
     big = large["pictures"][0]
     width, height = (int(v) for v in LARGE.split("x"))
     return {
         "renderer": small["renderer"],
         "rows": rows,
-        "rate": width * height * big["spp"] / big["cpu_seconds"] / 1e6,
+        "rate": width * height * big["spp"] / big[SECONDS] / 1e6,
         "kept": time_to([(r[1], r[3]) for r in rows], TARGET),
         "whole": time_to([(r[1], r[2]) for r in rows], TARGET),
         "reference_spp": known["spp"],
@@ -73,7 +78,7 @@ def seconds(value):
 def main():
     work = Path(sys.argv[1])
     run = json.loads((work / "run.json").read_text())
-    print(f"{run['date']}, {run['machine']}, load {run['load']:.1f}, one thread each.\n")
+    print(f"{run['date']}, {run['machine']}, load {run['load']:.1f}, one thread each, {SECONDS.replace('_', ' ')}.\n")
     for scene, text in SCENES.items():
         print(f"Golden Gate {text}:\n")
         print("| renderer | M paths/s, 1024x512 | s to relMSE 1e-2, 256x128 | of all pixels | relMSE (all pixels) at spp | reference spp |")
