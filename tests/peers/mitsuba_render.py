@@ -245,9 +245,9 @@ def main():
     dr.set_thread_count(args.threads)
     facts = {"renderer": f"Mitsuba {mi.__version__} {args.variant}", "size": size, "setup": setup}
     record = exported.Record(args.out, facts)
-    # The first call compiles the kernel, for any number of samples. Each call traces
-    # the scene's program anew, seconds with thousands of shapes: set-up as well, so
-    # what a call of few samples takes is taken off.
+    # The first call with a number of samples compiles its kernel. Each call traces the
+    # scene's program anew, seconds with thousands of shapes: set-up as well, so what a
+    # call of few samples takes is taken off.
     render(built, FEW, 7)
     _, wall, cpu = exported.timed(lambda: render(built, FEW, 8))
     facts["call"] = wall
@@ -257,6 +257,7 @@ def main():
         record.write(f"reference-{args.size}")
         return
     for spp in (int(v) for v in args.spp.split(",")):
+        render(built, spp, 7)
         picture, more_wall, more_cpu = exported.timed(lambda: render(built, spp, 100_003))
         share = spp / (spp - FEW)
         record.add(f"{args.size}-{spp}", picture, spp,
