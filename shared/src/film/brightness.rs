@@ -27,14 +27,16 @@ pub struct Brightness {
     pub bins: Vec<BrightnessBin>,
 }
 
+/// Exponent and first digit of 1.0.
+const ONE_DIGITS: usize = (1.0_f64.to_bits() >> 51) as usize;
+
 /// The bin of a sample whose R + G + B is `light`: exponent and first digit after
 /// the point of the number as a double, which is exact below 2^53. The lowest digit
 /// is set, which saves asking for zero: 0 shares the bin of 1, 2 that of 3.
 #[inline]
 #[must_use]
 pub fn brightness_bin(light: i64) -> usize {
-    const ONE: usize = (1.0_f64.to_bits() >> 51) as usize;
-    ((((light | 1) as f64).to_bits() >> 51) as usize).wrapping_sub(ONE)
+    ((((light | 1) as f64).to_bits() >> 51) as usize).wrapping_sub(ONE_DIGITS)
 }
 
 /// The smallest `light` of a bin; 0 of the first.
@@ -46,6 +48,50 @@ fn bin_start(bin: usize) -> u128 {
             let octave = 1u128 << (bin / 2);
             octave + if bin % 2 == 1 { octave / 2 } else { 0 }
         }
+    }
+}
+
+/// A histogram that is being recorded: [`brightness_bin`] without what one run can
+/// spare, since every sample of the renderer comes here.
+#[derive(Clone, Debug)]
+pub struct BrightnessTally {
+    samples: [u64; TALLY_BINS],
+    light: [u128; TALLY_BINS],
+}
+
+/// A power of two above [`BRIGHTNESS_BINS`]: exponents and first digits modulo this
+/// are still different, and need no bound to be checked.
+const TALLY_BINS: usize = 128;
+
+impl Default for BrightnessTally {
+    fn default() -> Self {
+        Self {
+            samples: [0; TALLY_BINS],
+            light: [0; TALLY_BINS],
+        }
+    }
+}
+
+impl BrightnessTally {
+    /// Add one sample of R + G + B = `light`, at most 3 x 2^50 and not negative.
+    #[inline]
+    pub fn record(&mut self, light: i64) {
+        let digits = ((light | 1) as f64).to_bits() >> 51;
+        let bin = digits as usize % TALLY_BINS;
+        self.samples[bin] += 1;
+        self.light[bin] += light as u128;
+    }
+
+    /// The histogram.
+    #[must_use]
+    pub fn finish(&self) -> Brightness {
+        let mut brightness = Brightness::zero();
+        for (index, bin) in brightness.bins.iter_mut().enumerate() {
+            let from = (index + ONE_DIGITS) % TALLY_BINS;
+            bin.samples = self.samples[from];
+            bin.light = self.light[from];
+        }
+        brightness
     }
 }
 
@@ -191,6 +237,21 @@ mod tests {
         other.add(&left);
         assert_eq!(one, other);
         assert_eq!(one.check(1777, one.light()), Ok(()));
+    }
+
+    #[test]
+    fn a_tally_is_the_histogram() {
+        let (mut tally, mut whole) = (BrightnessTally::default(), Brightness::zero());
+        let most = 3 * fixed::FIXED_SAMPLE_MAX;
+        for light in (0..9999).chain((0..52).flat_map(|d| [1 << d, (3 << d) / 2, most >> d])) {
+            let light = light.min(most);
+            tally.record(light);
+            whole.record(light);
+        }
+        assert_eq!(tally.finish(), whole);
+        // More than 64 bits of light.
+        (0..10_000).for_each(|_| tally.record(most));
+        assert!(tally.finish().light() > u128::from(u64::MAX));
     }
 
     #[test]

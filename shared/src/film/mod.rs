@@ -12,7 +12,7 @@ mod fixed;
 mod merge;
 
 pub use bad::{BadCause, BadSample, BadSamples};
-pub use brightness::{BRIGHTNESS_BINS, Brightness, BrightnessBin, brightness_bin};
+pub use brightness::{BRIGHTNESS_BINS, Brightness, BrightnessBin, BrightnessTally, brightness_bin};
 pub use error::{
     ErrorDetail, ErrorEstimate, TileDetail, TileError, estimate_error, join_errors, tile_error,
 };

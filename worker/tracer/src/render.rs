@@ -5,8 +5,8 @@ use crate::sampler::PixelSampler;
 use crate::scene::Scene;
 use crate::uses;
 use shearwater_shared::film::{
-    BadSample, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half, fixed_from_f32,
-    rgb_to_fixed,
+    BadSample, BrightnessTally, FEATURE_CHANNELS, Half, TileSums, feature_samples_of_half,
+    fixed_from_f32, rgb_to_fixed,
 };
 use shearwater_shared::plan::TileRect;
 use std::ops::Range;
@@ -54,6 +54,7 @@ fn render_tile<const USES: u8>(
     cancel: &AtomicBool,
 ) -> Option<TileSums> {
     let mut sums = TileSums::zero(rect.pixels(), &samples);
+    let mut tally = BrightnessTally::default();
     for row in 0..rect.height {
         if cancel.load(Ordering::Relaxed) {
             return None;
@@ -62,10 +63,12 @@ fn render_tile<const USES: u8>(
             let pixel = (row * rect.width + column) as usize;
             let at = (rect.x0 + column, rect.y0 + row);
             for half in Half::BOTH {
-                render_pixel::<USES>(scene, at, half, samples.clone(), pixel, &mut sums);
+                let into = (&mut sums, &mut tally);
+                render_pixel::<USES>(scene, at, half, samples.clone(), pixel, into);
             }
         }
     }
+    sums.brightness = tally.finish();
     Some(sums)
 }
 
@@ -75,7 +78,7 @@ fn render_pixel<const USES: u8>(
     half: Half,
     samples: Range<u32>,
     pixel: usize,
-    sums: &mut TileSums,
+    (sums, tally): (&mut TileSums, &mut BrightnessTally),
 ) {
     let sampler = PixelSampler::new(
         scene.seed,
@@ -87,57 +90,36 @@ fn render_pixel<const USES: u8>(
     );
     let with_features = samples.start + feature_samples_of_half(&samples);
     let mut results = [PathResult::default(); LANES];
+    // Of this pixel and half: added to the tile's once.
+    let mut radiance = [0i64; 3];
     let mut index = samples.start;
     while index < samples.end {
         let count = (samples.end - index).min(LANES as u32) as usize;
         let streams: [_; LANES] = std::array::from_fn(|i| sampler.sample(index + i as u32));
         trace_batch::<USES>(scene, x, y, &streams[..count], &mut results);
         for (result, index) in results[..count].iter().zip(index..) {
-            add_radiance(sums, pixel, half, result, BadPlace { x, y, index });
+            sums.depth_cap_hits += u64::from(result.depth_capped);
+            match rgb_to_fixed(result.radiance.to_array()) {
+                Ok(rgb) => {
+                    tally.record(rgb.iter().sum());
+                    radiance.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v);
+                }
+                Err(cause) => sums.bad.record(BadSample {
+                    x,
+                    y,
+                    half,
+                    index,
+                    cause,
+                }),
+            }
             if index < with_features {
                 add_features(sums, pixel, result);
             }
         }
         index += count as u32;
     }
-}
-
-#[derive(Clone, Copy)]
-struct BadPlace {
-    x: u32,
-    y: u32,
-    index: u32,
-}
-
-#[inline]
-fn add_radiance(
-    sums: &mut TileSums,
-    pixel: usize,
-    half: Half,
-    result: &PathResult,
-    place: BadPlace,
-) {
-    sums.depth_cap_hits += u64::from(result.depth_capped);
-    match rgb_to_fixed(result.radiance.to_array()) {
-        Ok(rgb) => {
-            // At most 3 x 2^50.
-            sums.brightness.record(rgb.iter().sum());
-            let sum = &mut sums.radiance[half.index()][3 * pixel..3 * pixel + 3];
-            for (sum, value) in sum.iter_mut().zip(rgb) {
-                *sum += value;
-            }
-        }
-        Err(cause) => {
-            let BadPlace { x, y, index } = place;
-            sums.bad.record(BadSample {
-                x,
-                y,
-                half,
-                index,
-                cause,
-            });
-        }
-    }
+    let sums = &mut sums.radiance[half.index()][3 * pixel..3 * pixel + 3];
+    sums.iter_mut().zip(radiance).for_each(|(sum, v)| *sum += v);
 }
 
 // Once a sample, in each copy of the code: the compiler would make it a call.
