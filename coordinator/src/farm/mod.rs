@@ -17,7 +17,7 @@ pub use failure::{
     QUARANTINE_MS, UnitFailures, WorkerStreak, bad_samples_reason, should_quarantine, too_many_bad,
     unit_is_poison,
 };
-pub use forecast::nmse_at;
+pub use forecast::{nmse_at, samples_to_error};
 pub use lease_size::{Sizing, lease_units};
 pub use runs::{Unit, cut_runs};
 pub use state::{JobCounts, job_state};
