@@ -16,6 +16,13 @@ const MU_NODES: usize = 64;
 const LATTICE_POINTS: u32 = 377;
 const LATTICE_STEP: u32 = 144;
 
+/// Where albedos bend so much that straight lines between nodes are looked at
+/// again: the cells up to alpha 0.25 and mu 0.5.
+const RAISED_ROWS: usize = 22;
+const RAISED_COLUMNS: usize = 45;
+/// The places of a cell that are looked at: row and column from its first node.
+const PLACES: [[f32; 2]; 3] = [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]];
+
 /// A position between two rows of a grid; depends on alpha only.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AlphaRow {
@@ -34,12 +41,18 @@ impl AlphaRow {
             blend: place - index as f32,
         }
     }
+}
 
-    /// The roughness of row `index`.
-    fn alpha_of(index: usize) -> f32 {
-        let root = index as f32 / (ALPHA_NODES - 1) as f32;
-        (root * root) * (root * root)
-    }
+/// The roughness of a row, or between two.
+fn alpha_at(row: f32) -> f32 {
+    let root = row / (ALPHA_NODES - 1) as f32;
+    (root * root) * (root * root)
+}
+
+/// The cosine of a column, or between two.
+fn mu_at(column: f32) -> f32 {
+    let root = column / (MU_NODES - 1) as f32;
+    root * root
 }
 
 /// N functions of (mu, alpha) in [0, 1]^2, and their cosine-weighted means over
@@ -57,6 +70,7 @@ impl<const N: usize> AlbedoGrid<N> {
         // Rows are independent and come back in their order.
         let rows = (0..ALPHA_NODES).into_par_iter();
         let values: Vec<[f32; N]> = rows.flat_map_iter(|row| fill_row(row, &laws)).collect();
+        let values = raised(&values, &laws);
         let averages = values.chunks(MU_NODES).map(average).collect();
         Self { values, averages }
     }
@@ -94,15 +108,68 @@ fn fill_row<const N: usize>(
     row: usize,
     laws: &impl Fn(f32) -> [f32; N],
 ) -> impl Iterator<Item = [f32; N]> {
-    let alpha = AlphaRow::alpha_of(row);
-    (0..MU_NODES).map(move |column| {
-        let t = column as f32 / (MU_NODES - 1) as f32;
-        let mu = t * t;
-        if alpha < MIRROR_ALPHA_MAX {
-            laws(mu)
-        } else {
-            directional_albedo(mu, alpha, laws)
+    let alpha = alpha_at(row as f32);
+    (0..MU_NODES).map(move |column| directional_albedo(mu_at(column as f32), alpha, laws))
+}
+
+/// The values, raised where the straight line between them would lie below the
+/// albedo: there the body would get light that the interface has reflected
+/// already, and make more than arrives. Looked at in the middle of cells and of
+/// two of their sides, where the line is farthest off; each node rises as far as
+/// the worst place beside it needs.
+fn raised<const N: usize>(
+    values: &[[f32; N]],
+    laws: &(impl Fn(f32) -> [f32; N] + Sync),
+) -> Vec<[f32; N]> {
+    let lacking: Vec<[[f32; N]; 3]> = (0..RAISED_ROWS * RAISED_COLUMNS)
+        .into_par_iter()
+        .map(|cell| {
+            let (row, column) = (cell / RAISED_COLUMNS, cell % RAISED_COLUMNS);
+            PLACES.map(|[y, x]| lack(values, laws, row as f32 + y, column as f32 + x))
+        })
+        .collect();
+    let mut raised = values.to_vec();
+    for (cell, places) in lacking.iter().enumerate() {
+        let (row, column) = (cell / RAISED_COLUMNS, cell % RAISED_COLUMNS);
+        for (&[y, x], lack) in PLACES.iter().zip(places) {
+            for below in 0..=usize::from(y > 0.0) {
+                for right in 0..=usize::from(x > 0.0) {
+                    let node = (row + below) * MU_NODES + column + right;
+                    for k in 0..N {
+                        let wanted = (values[node][k] + lack[k]).min(1.0);
+                        raised[node][k] = raised[node][k].max(wanted);
+                    }
+                }
+            }
         }
+    }
+    raised
+}
+
+/// How far the interpolated values lie below the albedo at a place of the grid,
+/// at least 0.
+fn lack<const N: usize>(
+    values: &[[f32; N]],
+    laws: &impl Fn(f32) -> [f32; N],
+    row: f32,
+    column: f32,
+) -> [f32; N] {
+    let exact = directional_albedo(mu_at(column), alpha_at(row), laws);
+    let (y, x) = (row as usize, column as usize);
+    let (fy, fx) = (row - y as f32, column - x as f32);
+    let node = |row: usize, column: usize| {
+        values[row.min(ALPHA_NODES - 1) * MU_NODES + column.min(MU_NODES - 1)]
+    };
+    let corners = [
+        node(y, x),
+        node(y, x + 1),
+        node(y + 1, x),
+        node(y + 1, x + 1),
+    ];
+    core::array::from_fn(|k| {
+        let [a, b, c, d] = corners.map(|corner| corner[k]);
+        let (low, high) = (a + (b - a) * fx, c + (d - c) * fx);
+        (exact[k] - (low + (high - low) * fy)).max(0.0)
     })
 }
 
@@ -113,6 +180,9 @@ fn directional_albedo<const N: usize>(
     alpha: f32,
     laws: &impl Fn(f32) -> [f32; N],
 ) -> [f32; N] {
+    if alpha < MIRROR_ALPHA_MAX {
+        return laws(mu);
+    }
     let wo = Vec3::new(((1.0 - mu) * (1.0 + mu)).max(0.0).sqrt(), 0.0, mu);
     let length_o = smith_length(alpha, wo);
     let scale = 1.0 / LATTICE_POINTS as f32;

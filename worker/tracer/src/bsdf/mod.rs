@@ -15,6 +15,7 @@ pub mod ggx_report;
 mod interface;
 pub mod layer;
 pub mod layered;
+pub mod leaning;
 mod lobe;
 pub mod microfacet;
 pub mod phong;

@@ -40,9 +40,6 @@ impl Interface for Water {
     }
     #[inline]
     fn directional_albedo(&self, tables: &Tables, cos: f32) -> Vec3 {
-        if self.alpha == 0.0 {
-            return self.fresnel(cos);
-        }
         Vec3::splat(tables.dielectric_albedo(self.table, self.row, cos))
     }
 }

@@ -1,5 +1,6 @@
 //! A place where light scatters: on a surface, or without one.
 
+use crate::bsdf::leaning::Leaning;
 use crate::bsdf::{Bsdf, Tables};
 use crate::geometry::SurfacePoint;
 use crate::math::frame::Frame;
@@ -91,6 +92,16 @@ impl Vertex {
         }
     }
 
+    #[inline]
+    fn leaning<const USES: u8>(&self) -> Leaning {
+        Leaning {
+            frame: self.frame,
+            geometric: self.n_geometric,
+            wo_local: self.wo_local,
+            water: USES & uses::SURROUNDINGS != 0,
+        }
+    }
+
     /// Radiance scattered from `wi` (with the cosine of a surface) for light of
     /// density 1 per steradian, and the density with which [`Vertex::sample`]
     /// makes `wi`. Zero where nothing is scattered.
@@ -102,12 +113,7 @@ impl Vertex {
                 (phase.albedo * pdf, pdf)
             }
             Scattering::Phase(_) => (Vec3::ZERO, 0.0),
-            // Light from behind the surface itself never counts, whatever the
-            // shading normal says: no leaks.
-            Scattering::Surface(_) if wi.dot(self.n_geometric) <= 0.0 => (Vec3::ZERO, 0.0),
-            Scattering::Surface(bsdf) => {
-                bsdf.eval_pdf(tables, self.wo_local, self.frame.to_local(wi))
-            }
+            Scattering::Surface(bsdf) => self.leaning::<USES>().eval_pdf(bsdf, tables, wi),
         }
     }
 
@@ -129,14 +135,9 @@ impl Vertex {
                 })
             }
             Scattering::Surface(bsdf) => {
-                let sample = bsdf.sample(tables, self.wo_local, u)?;
-                let wi = self.frame.to_world(sample.wi);
-                // Under the surface itself there is nothing to be lit by.
-                if wi.dot(self.n_geometric) <= 0.0 {
-                    return None;
-                }
+                let sample = self.leaning::<USES>().sample(bsdf, tables, u)?;
                 Some(ScatterSample {
-                    wi,
+                    wi: sample.wi,
                     weight: sample.weight,
                     pdf: sample.pdf,
                     delta: sample.delta,

@@ -4,6 +4,7 @@
 #![allow(unreachable_pub, reason = "a module of several test binaries")]
 
 pub mod bins;
+pub mod gallery;
 pub mod metals;
 pub mod quadrature;
 
@@ -131,6 +132,14 @@ impl Moments {
     }
     pub fn mean(&self) -> f64 {
         self.mean
+    }
+    /// How many values.
+    pub fn count(&self) -> f64 {
+        self.count
+    }
+    /// Of the mean.
+    pub fn standard_error(&self) -> f64 {
+        (self.squares / self.count / self.count).sqrt()
     }
     /// Four standard errors of the mean, with the rounding of f32 added.
     pub fn four_sigma(&self) -> f64 {

@@ -22,14 +22,14 @@ pub enum Narrow {
 }
 
 /// `count` points of a Fibonacci-like lattice (the golden ratio step).
-fn lattice(count: u32) -> impl Iterator<Item = [f64; 2]> {
+pub fn lattice(count: u32) -> impl Iterator<Item = [f64; 2]> {
     (0..count).map(move |i| {
         let t = f64::from(i) * 0.618_033_988_749_894_9;
         [(f64::from(i) + 0.5) / f64::from(count), t - t.trunc()]
     })
 }
 
-fn polar(cos: f64, sin: f64, phi: f64) -> DVec3 {
+pub fn polar(cos: f64, sin: f64, phi: f64) -> DVec3 {
     DVec3::new(sin * libm::cos(phi), sin * libm::sin(phi), cos)
 }
 
@@ -45,7 +45,7 @@ fn ggx_pdf(alpha: f64, wo: DVec3, wi: DVec3) -> f64 {
 
 /// A visible normal in Heitz's 2018 form (projected half discs), which is not
 /// the one under test, and the Jacobian of the grading of u.
-fn ggx_point(alpha: f64, wo: DVec3, u: [f64; 2]) -> (DVec3, f64) {
+pub fn ggx_point(alpha: f64, wo: DVec3, u: [f64; 2]) -> (DVec3, f64) {
     let v = DVec3::new(alpha * wo.x, alpha * wo.y, wo.z).normalize();
     let flat = v.x * v.x + v.y * v.y;
     let t1 = if flat > 0.0 {

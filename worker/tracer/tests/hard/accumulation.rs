@@ -8,6 +8,7 @@ use shearwater_shared::film::{
 };
 use shearwater_tracer::math::hash::u32_to_unit;
 use shearwater_tracer::{BuildOptions, Scene};
+use std::sync::OnceLock;
 
 static SECTION: Section = Section::new(
     "Accumulation and random numbers",
@@ -48,6 +49,19 @@ static SECTION: Section = Section::new(
             note: "A floor under a lamp, 8 samples of each half, pixels of many seeds.",
             broken_by: "the half left out of the sampler's key",
             rows: half_correlation,
+        },
+        Case {
+            name: "variance of the mean of 8 pictures",
+            note: "8 times it over the variance of one: 1 for independent seeds. A seed that is repeated keeps the mean and \
+                   makes this 8.",
+            broken_by: "the seed left out of the sampler's key",
+            rows: variance_of_the_mean,
+        },
+        Case {
+            name: "a rare bright sample",
+            note: "999 samples of 0.5 and one of 500: nothing is clamped; at 10 the mean would be half.",
+            broken_by: "samples clamped at 100",
+            rows: not_clamped,
         },
     ],
 );
@@ -192,7 +206,7 @@ fn unit_interval(_: Form) -> Vec<Row> {
 fn noisy(seed: u64) -> Scene {
     let body = format!(
         r#"{},"sky":{{"type":"map","file":"lamp.exr"}}"#,
-        floor(r#"{"type":"ggx","base_color":[0.8,0.8,0.8],"roughness":0.3}"#)
+        floor(r#"{"type":"phong","kd":[0.4,0.4,0.4],"ks":[0.4,0.4,0.4],"exponent":20}"#)
     );
     scene(
         &body,
@@ -202,6 +216,15 @@ fn noisy(seed: u64) -> Scene {
         seed,
         BuildOptions::default(),
     )
+}
+
+/// What [`noisy`] converges to, red by pixel.
+fn reference(form: Form) -> &'static [f64] {
+    static ONCE: OnceLock<Vec<f64>> = OnceLock::new();
+    ONCE.get_or_init(|| {
+        let [a, b] = halves(&noisy(1), 0..form.pick(512, 8192));
+        a.iter().zip(&b).map(|(a, b)| 0.5 * (a + b)).collect()
+    })
 }
 
 /// Red means of both halves, by pixel.
@@ -216,15 +239,14 @@ fn halves(scene: &Scene, samples: std::ops::Range<u32>) -> [Vec<f64>; 2] {
 }
 
 fn half_correlation(form: Form) -> Vec<Row> {
-    let (pictures, reference_samples) = form.pick((16, 2048), (64, 8192));
-    let reference = halves(&noisy(1), 0..reference_samples);
+    let (pictures, reference) = (form.pick(16, 64), reference(form));
     let (mut ab, mut aa, mut bb, mut count) = (0.0, 0.0, 0.0, 0.0);
     let mut equal = 0;
     for seed in 0..pictures {
         let [a, b] = halves(&noisy(100 + seed), 0..8);
         equal += usize::from(a == b);
         for (p, (a, b)) in a.iter().zip(&b).enumerate() {
-            let mean = 0.5 * (reference[0][p] + reference[1][p]);
+            let mean = reference[p];
             ab += (a - mean) * (b - mean);
             aa += (a - mean) * (a - mean);
             bb += (b - mean) * (b - mean);
@@ -243,4 +265,52 @@ fn half_correlation(form: Form) -> Vec<Row> {
         ),
         Row::exact("pictures with A = B", 0.0, f64::from(equal as u32)),
     ]
+}
+
+fn variance_of_the_mean(form: Form) -> Vec<Row> {
+    let (groups, reference) = (form.pick(4, 48), reference(form));
+    let (mut one, mut eight) = (vec![0.0; RECT.pixels()], vec![0.0; RECT.pixels()]);
+    for group in 0..groups {
+        let mut mean = vec![0.0; RECT.pixels()];
+        for number in 0..8 {
+            let [a, b] = halves(&noisy(1000 + 8 * group + number), 0..4);
+            for p in 0..RECT.pixels() {
+                let off = 0.5 * (a[p] + b[p]) - reference[p];
+                one[p] += off * off;
+                mean[p] += off / 8.0;
+            }
+        }
+        for p in 0..RECT.pixels() {
+            eight[p] += 8.0 * 8.0 * mean[p] * mean[p];
+        }
+    }
+    // Pixels are independent of each other: the spread of their differences.
+    let count = RECT.pixels() as f64;
+    let size: f64 = one.iter().sum::<f64>() / count;
+    let gaps: Vec<f64> = eight.iter().zip(&one).map(|(a, b)| a - b).collect();
+    let gap = gaps.iter().sum::<f64>() / count;
+    let spread = gaps.iter().map(|g| (g - gap) * (g - gap)).sum::<f64>() / count;
+    let error = libm::sqrt(spread / count) / size;
+    vec![Row::sampled(
+        "quotient",
+        1.0,
+        1.0 + gap / size,
+        4.0,
+        error,
+        0.0,
+    )]
+}
+
+fn not_clamped(_: Form) -> Vec<Row> {
+    let mut part = TileSums::zero(1, &(0..1000));
+    for index in 0..1000 {
+        let value = if index == 500 { 500.0 } else { 0.5 };
+        let rgb = rgb_to_fixed([value; 3]).expect("light");
+        for half in &mut part.radiance {
+            half.iter_mut().zip(rgb).for_each(|(sum, v)| *sum += v);
+        }
+    }
+    let mut film = TileFilm::zero(1);
+    film.add(&part).expect("one pixel");
+    vec![Row::near("mean", 0.9995, film.mean(0)[0], 1e-7)]
 }

@@ -11,6 +11,13 @@ mod support;
 mod common;
 
 mod accumulation;
+mod albedos;
+mod bsdf_energy;
+mod bsdf_numbers;
+mod bsdf_samplers;
 mod checks;
 mod document;
+mod lights;
+mod not_offered;
 mod table;
+mod water_furnace;

@@ -216,7 +216,13 @@ impl Section {
     pub(crate) fn measured(&self) -> &[Vec<Row>] {
         self.measured.get_or_init(|| {
             let form = Form::of_environment();
-            self.cases.iter().map(|case| (case.rows)(form)).collect()
+            let timed = |case: &Case| {
+                let began = std::time::Instant::now();
+                let rows = (case.rows)(form);
+                println!("{:6.2} s  {}", began.elapsed().as_secs_f64(), case.name);
+                rows
+            };
+            self.cases.iter().map(timed).collect()
         })
     }
 

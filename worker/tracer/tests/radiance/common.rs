@@ -19,6 +19,10 @@ pub(crate) const RECT: TileRect = TileRect {
 pub(crate) const FLOOR: &str =
     "v -1e4 0 -1e4\nv -1e4 0 1e4\nv 1e4 0 1e4\nv 1e4 0 -1e4\nf 1 2 3 4\n";
 
+/// The same square, its shading normals 45 degrees towards +x.
+pub(crate) const LEANING: &str =
+    "v -1e4 0 -1e4\nv -1e4 0 1e4\nv 1e4 0 1e4\nv 1e4 0 -1e4\nvn 1 1 0\nf 1//1 2//1 3//1 4//1\n";
+
 /// The lower half of a sphere of radius 1, open to the sky, its faces inwards.
 pub(crate) fn bowl() -> Vec<u8> {
     let (rings, sectors) = (48, 96);
@@ -90,11 +94,13 @@ pub(crate) fn scene(
     let json = format!(
         r#"{{"version":1,"name":"test","image":{{"width":{SIDE},"height":{SIDE}}},
         "camera":{{"position_m":{eye:?},"target_m":{target:?},"up":{up},"vertical_fov_deg":{fov:?},"shutter_s":0.01}},
-        "meshes":{{"floor":{{"file":"floor.obj"}},"bowl":{{"file":"bowl.obj","normals":"flat"}}}},{body}}}"#
+        "meshes":{{"floor":{{"file":"floor.obj"}},"bowl":{{"file":"bowl.obj","normals":"flat"}},
+        "leaning":{{"file":"leaning.obj"}}}},{body}}}"#
     );
     let description = parse(json.as_bytes()).expect("a valid scene");
     let files = [
         ("floor.obj", FLOOR.as_bytes().to_vec()),
+        ("leaning.obj", LEANING.as_bytes().to_vec()),
         ("bowl.obj", bowl()),
         ("lamp.exr", lamp()),
     ];

@@ -24,35 +24,6 @@ fn the_sky_is_what_it_says() {
     assert_mean("sky", &scene, 4, 0.25);
 }
 
-// Radiance = albedo / pi * E, E = pi L sin^2(r) cos(zenith): by next event
-// estimation for rough surfaces.
-#[test]
-fn the_sun_lights_a_floor_exactly() {
-    for (elevation, irradiance) in [(90.0, 69.763_606), (30.0, 34.881_803), (10.0, 12.114_323)] {
-        let sun = format!(
-            r#""sun":{{"azimuth_deg":40,"elevation_deg":{elevation},"radiance":[1e6,1e6,1e6]}}"#
-        );
-        let body = format!(
-            "{},{sun}",
-            floor(r#"{"type":"lambert","albedo":[0.5,0.5,0.5]}"#)
-        );
-        let scene = scene(
-            &body,
-            [0.0, 2.0, 0.0],
-            [0.0, 0.0, 0.0],
-            20.0,
-            4,
-            BuildOptions::default(),
-        );
-        assert_mean(
-            &format!("sun at {elevation}"),
-            &scene,
-            64,
-            0.5 / std::f64::consts::PI * irradiance,
-        );
-    }
-}
-
 #[test]
 fn the_sun_itself_has_its_radiance() {
     let body =

@@ -1,35 +1,9 @@
-//! Water in a furnace, and its blur.
+//! The blur of water.
 
-use crate::common::{CLOUD, SIDE, WHITE_SKY, mean_and_error, scene, sums};
+use crate::common::{CLOUD, SIDE, WHITE_SKY, sums};
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::scene::parse;
 use shearwater_tracer::{Assets, BuildOptions, Scene};
-
-// Water in a white furnace: never brighter than 1, and what bumped normals lose
-// below the surface stays small, down to 1 degree of elevation.
-#[test]
-fn water_in_a_white_furnace_loses_little_and_gains_nothing() {
-    let water = r#""water":{"type":"tessendorf","tile_m":100,"wind_speed_mps":8,"cutoff_m":0.5,"body_color":[1,1,1],"roughness":0.1}"#;
-    for (height, angle) in [(20.0, 20.0f64), (5.0, 5.0), (1.0, 1.0)] {
-        let distance = height / libm::tan(angle.to_radians());
-        let eye = [0.0, height, distance];
-        let scene = scene(
-            &format!("{water},{WHITE_SKY}"),
-            eye,
-            [0.0; 3],
-            0.5,
-            11,
-            BuildOptions::default(),
-        );
-        let (mean, error) = mean_and_error(&scene, 256);
-        assert!(
-            mean <= 1.0 + 5.0 * error + 1e-4,
-            "{angle} degrees: {mean} +- {error}"
-        );
-        assert!(mean > 0.9, "{angle} degrees: {mean}");
-        println!("water at {angle} degrees: {mean:.5} +- {error:.5}");
-    }
-}
 
 // During the shutter the water drifts and nothing else: without water the
 // picture is that of a closed shutter, bit for bit; with it, it is not.
