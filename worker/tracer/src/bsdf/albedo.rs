@@ -20,6 +20,9 @@ const LATTICE_STEP: u32 = 144;
 /// again: the cells up to alpha 0.25 and mu 0.5.
 const RAISED_ROWS: usize = 22;
 const RAISED_COLUMNS: usize = 45;
+/// By how much the line shall lie above the albedo where it is looked at, for the
+/// places in between.
+const RAISE: f32 = 1.5e-4;
 /// The places of a cell that are looked at: row and column from its first node.
 const PLACES: [[f32; 2]; 3] = [[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]];
 
@@ -146,8 +149,7 @@ fn raised<const N: usize>(
     raised
 }
 
-/// How far the interpolated values lie below the albedo at a place of the grid,
-/// at least 0.
+/// How far the interpolated values must rise at a place of the grid, at least 0.
 fn lack<const N: usize>(
     values: &[[f32; N]],
     laws: &impl Fn(f32) -> [f32; N],
@@ -169,7 +171,7 @@ fn lack<const N: usize>(
     core::array::from_fn(|k| {
         let [a, b, c, d] = corners.map(|corner| corner[k]);
         let (low, high) = (a + (b - a) * fx, c + (d - c) * fx);
-        (exact[k] - (low + (high - low) * fy)).max(0.0)
+        (exact[k] + RAISE - (low + (high - low) * fy)).max(0.0)
     })
 }
 

@@ -317,7 +317,7 @@ fn white_dielectrics(form: Form) -> Vec<Row> {
         ));
         rows.push(Row::at_least(
             format!("{name}, alpha 0.001 to 1, least"),
-            0.99,
+            0.98,
             least[k],
         ));
     }

@@ -98,6 +98,9 @@ fn build_tables() -> Tables {
 /// All models by kind.
 fn kinds(tables: &Tables, form: Form) -> Vec<(&'static str, Vec<Model>)> {
     let half = |alpha: f32| Chart::Half(if alpha > 0.0 { f64::from(alpha) } else { 1.0 });
+    // Most of water's samples leave the body: narrower bins about the mirror direction
+    // would leave bins at the horizon too wide to be integrated.
+    let wide = |alpha: f32| half(if alpha > 0.0 { alpha.max(0.02) } else { 0.0 });
     let pick = |fast: &[f32], full: &[f32]| form.pick(fast.to_vec(), full.to_vec());
     let alphas = pick(&[0.003, 0.2, 1.0], &[0.003, 0.01, 0.03, 0.1, 0.2, 0.5, 1.0]);
     let rough = pick(&[0.05, 0.4], &[0.02, 0.05, 0.1, 0.2, 0.4, 0.7, 1.0]);
@@ -128,7 +131,7 @@ fn kinds(tables: &Tables, form: Form) -> Vec<(&'static str, Vec<Model>)> {
         let body = Vec3::new(0.02, 0.1, 0.15);
         (
             "water",
-            half(*alpha),
+            wide(*alpha),
             Bsdf::Water(Water::new(tables, ETA, body, *alpha).expect("valid")),
         )
     };
