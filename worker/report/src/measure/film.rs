@@ -69,6 +69,14 @@ impl FrameSums {
         (0..a.len() / 3).map(pixel).collect()
     }
 
+    /// The mean picture of one half, 0 or 1.
+    #[must_use]
+    pub fn half_mean(&self, half: usize) -> Vec<[f64; 3]> {
+        let (scale, sums) = (self.scale(), &self.radiance[half.min(1)]);
+        let pixel = |i: usize| [0, 1, 2].map(|c| sums[3 * i + c] as f64 * scale);
+        (0..sums.len() / 3).map(pixel).collect()
+    }
+
     /// Half the difference of the halves, per pixel and channel: as large as the error
     /// of the mean, and with the mean 0.
     #[must_use]

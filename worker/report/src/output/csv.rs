@@ -3,7 +3,7 @@
 use crate::study::{Point, SceneStudy, Study, VariantStudy};
 
 const HEADER: &str = "scene,variant,threads,seeds,width,height,spp,core_s,wall_s,mse,rel_mse,\
-    flip_hdr,own_mse,mean_difference,mean_sigma,bad_samples,failure";
+    flip_hdr,own_mse,mean_difference,weighted_difference,weighted_sigma,bad_samples,failure";
 
 /// One line for each scene, variant and number of samples; variants that failed have one
 /// line that says why.
@@ -17,7 +17,7 @@ pub fn csv(study: &Study) -> String {
                 out.push_str(&format!("{head}{},\r\n", values(point)));
             }
             if let Some(failure) = &variant.failure {
-                out.push_str(&format!("{head},,,,,,,,,,{}\r\n", quoted(failure)));
+                out.push_str(&format!("{head},,,,,,,,,,,{}\r\n", quoted(failure)));
             }
         }
     }
@@ -39,7 +39,7 @@ fn head(study: &Study, scene: &SceneStudy, variant: &VariantStudy) -> String {
 fn values(p: &Point) -> String {
     let flip = p.flip_hdr.map_or_else(String::new, |flip| flip.to_string());
     format!(
-        "{},{},{},{},{},{flip},{},{},{},{}",
+        "{},{},{},{},{},{flip},{},{},{},{},{}",
         p.spp,
         p.core_s,
         p.wall_s,
@@ -47,7 +47,8 @@ fn values(p: &Point) -> String {
         p.rel_mse,
         p.own_mse,
         p.mean_difference,
-        p.mean_variance.sqrt(),
+        p.weighted.mean,
+        p.weighted.variance.sqrt(),
         p.bad
     )
 }

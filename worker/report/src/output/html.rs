@@ -3,8 +3,8 @@
 use super::Heading;
 use super::base64::base64;
 use super::numbers::short;
-use super::plot::{Curve, colour, plot};
-use super::rows::{COLUMNS, comparison, legend};
+use super::plot::{Curve, mark, plot};
+use super::rows::{COLUMNS, VERDICT, comparison, legend};
 use crate::study::{Point, SceneStudy, Study, fit};
 use std::fmt::Write;
 
@@ -17,20 +17,20 @@ border-top:1px solid #dfe3e6}h3{font-size:15px;margin:24px 0 8px}\
 .about{color:#5a636b;margin:2px 0}code{background:#f3f5f6;padding:1px 5px;border-radius:4px;\
 font-size:13px;overflow-wrap:anywhere}\
 .key{display:flex;flex-wrap:wrap;gap:4px 18px;margin:8px 0 12px;padding:0;list-style:none}\
-.key i{display:inline-block;width:11px;height:11px;border-radius:50%;margin-right:7px}\
+.key svg{width:12px;height:12px;margin-right:6px;display:inline-block;vertical-align:-1px}\
 .plots{display:grid;grid-template-columns:repeat(auto-fit,minmax(370px,1fr));gap:16px}\
 figure{margin:0}figcaption{font-weight:600;margin-bottom:2px}svg{width:100%;height:auto;\
 display:block}\
 .wide{overflow-x:auto}table{border-collapse:collapse;font-size:13.5px;\
 font-variant-numeric:tabular-nums;margin:6px 0}\
 th{text-align:right;font-weight:600;color:#48525a;border-bottom:2px solid #c9d0d5;\
-padding:6px 10px;vertical-align:bottom}td{text-align:right;padding:5px 10px;\
+padding:6px 9px;vertical-align:bottom;max-width:110px}td{text-align:right;padding:5px 9px;\
 border-bottom:1px solid #eceff1;white-space:nowrap}\
 th:first-child,td:first-child{text-align:left}tr.base td{background:#f4f8fb}\
-td.bad{color:#b3261e;font-weight:600;white-space:normal;text-align:left}\
+td.bad{color:#b3261e;font-weight:600;white-space:normal;min-width:170px}\
 .note{color:#5a636b;font-size:13.5px;max-width:105ch;margin:6px 0}\
-.pictures{display:grid;grid-template-columns:repeat(auto-fill,minmax(256px,1fr));gap:14px}\
-.pictures figcaption{font-weight:400;font-size:13.5px;margin:0 0 3px}\
+.pictures{display:grid;align-items:start;grid-template-columns:repeat(auto-fill,minmax(256px,1fr));gap:14px}\
+.pictures figcaption{font-weight:400;font-size:13.5px;margin:0 0 3px;white-space:nowrap;overflow:hidden;text-overflow:ellipsis}\
 .pictures img{width:100%;display:block;image-rendering:pixelated;border-radius:3px}\
 .pictures img+img{margin-top:3px}details summary{cursor:pointer;color:#48525a;margin:14px 0 4px}";
 
@@ -67,8 +67,8 @@ fn scene_section(out: &mut String, study: &Study, scene: &SceneStudy) {
     for (number, variant) in scene.variants.iter().enumerate() {
         let _ = writeln!(
             out,
-            "<li><i style=\"background:{}\"></i>{}</li>",
-            colour(number),
+            "<li>{}{}</li>",
+            mark(number),
             escaped(&variant.variant.name)
         );
     }
@@ -112,7 +112,8 @@ fn comparison_table(out: &mut String, study: &Study, scene: &SceneStudy) {
         let base = row[0] == study.baseline;
         out.push_str(if base { "<tr class=\"base\">" } else { "<tr>" });
         for (column, cell) in row.iter().enumerate() {
-            let bad = column == 10 && (cell.starts_with("failed") || cell.starts_with("BIASED"));
+            let bad =
+                column == VERDICT && (cell.starts_with("failed") || cell.starts_with("BIASED"));
             let class = if bad { " class=\"bad\"" } else { "" };
             let _ = write!(out, "<td{class}>{}</td>", escaped(cell));
         }

@@ -19,12 +19,12 @@ const BOTTOM: f64 = 46.0;
 
 /// Okabe and Ito's colours, which colour-blind people tell apart; yellow is left out,
 /// since it is invisible on white.
-pub(super) const COLOURS: [&str; 7] = [
+const COLOURS: [&str; 7] = [
     "#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#222222",
 ];
 
 /// The colour of curve `number`.
-pub(super) const fn colour(number: usize) -> &'static str {
+const fn colour(number: usize) -> &'static str {
     COLOURS[number % COLOURS.len()]
 }
 
@@ -196,6 +196,16 @@ fn draw(out: &mut String, x: &Axis, y: &Axis, curve: &Curve, number: usize) {
         );
     }
     out.push_str("</g>\n");
+}
+
+/// The mark of curve `number`, for a key.
+pub(super) fn mark(number: usize) -> String {
+    format!(
+        "<svg viewBox=\"0 0 12 12\" fill=\"{}\">{}{}</svg>",
+        colour(number),
+        opening(number, 6.0, 6.0),
+        closing(number)
+    )
 }
 
 /// Another shape for each round of colours.

@@ -6,23 +6,27 @@ use crate::study::{Point, Reached, SceneStudy, VariantStudy, fit, seconds_to};
 /// Relative errors that are asked for.
 const TARGETS: [f64; 2] = [1e-2, 1e-3];
 
+/// Number of columns.
+pub(super) const WIDTH: usize = 9;
+
 /// What the columns say.
-pub(super) const COLUMNS: [&str; 11] = [
+pub(super) const COLUMNS: [&str; WIDTH] = [
     "variant",
-    "threads",
     "core s to relMSE 1e-2",
     "core s to relMSE 1e-3",
-    "efficiency (relMSE)",
-    "efficiency (MSE)",
+    "efficiency, relMSE",
+    "efficiency, MSE",
     "slope",
     "samples per core s",
     "samples per s",
-    "mean difference",
     "bias test",
 ];
 
+/// The column that holds the bias test, or why a variant failed.
+pub(super) const VERDICT: usize = WIDTH - 1;
+
 /// Cells of each variant; the first is its name.
-pub(super) fn comparison(scene: &SceneStudy, baseline: &str) -> Vec<[String; 11]> {
+pub(super) fn comparison(scene: &SceneStudy, baseline: &str) -> Vec<[String; WIDTH]> {
     let base = scene
         .variants
         .iter()
@@ -34,36 +38,31 @@ pub(super) fn comparison(scene: &SceneStudy, baseline: &str) -> Vec<[String; 11]
         .collect()
 }
 
-fn row(scene: &SceneStudy, study: &VariantStudy, base: Option<&VariantStudy>) -> [String; 11] {
-    let mut cells: [String; 11] = std::array::from_fn(|_| "-".to_owned());
+fn row(scene: &SceneStudy, study: &VariantStudy, base: Option<&VariantStudy>) -> [String; WIDTH] {
+    let mut cells: [String; WIDTH] = std::array::from_fn(|_| "-".to_owned());
     cells[0].clone_from(&study.variant.name);
     if let Some(failure) = &study.failure {
-        cells[10] = format!("failed: {failure}");
+        cells[VERDICT] = format!("failed: {failure}");
         return cells;
     }
     let curve = study.curve(|p| Some(p.rel_mse));
-    cells[1] = study.threads.to_string();
-    for (cell, target) in cells[2..4].iter_mut().zip(TARGETS) {
+    for (cell, target) in cells[1..3].iter_mut().zip(TARGETS) {
         *cell = seconds_to(target, &curve).map_or_else(|| "never".to_owned(), reached);
     }
-    cells[4] = efficiency(study, base, |p| p.rel_mse);
-    cells[5] = efficiency(study, base, |p| p.mse);
+    cells[3] = efficiency(study, base, |p| p.rel_mse);
+    cells[4] = efficiency(study, base, |p| p.mse);
     if let Some(line) = fit(&curve) {
-        cells[6] = format!("{:.2}", line.slope);
+        cells[5] = format!("{:.2}", line.slope);
     }
     if let Some(last) = study.points.last() {
         let samples = f64::from(last.spp) * f64::from(scene.width) * f64::from(scene.height);
-        cells[7] = scaled(samples / last.core_s.max(1e-9));
-        cells[8] = scaled(samples / last.wall_s.max(1e-9));
+        cells[6] = scaled(samples / last.core_s.max(1e-9));
+        cells[7] = scaled(samples / last.wall_s.max(1e-9));
     }
     if let Some(bias) = &study.bias {
-        cells[9] = format!(
-            "{} ± {}",
-            signed(bias.mean_difference),
-            short(bias.interval)
-        );
         let verdict = if bias.passed { "passes" } else { "BIASED" };
-        cells[10] = format!("{verdict} (z {})", signed(bias.z));
+        let (mean, interval) = (signed(bias.mean), short(bias.interval));
+        cells[VERDICT] = format!("{verdict}: {mean} ± {interval}");
     }
     if study.own_reference.is_some() {
         cells[0].push_str(" *");
@@ -72,11 +71,7 @@ fn row(scene: &SceneStudy, study: &VariantStudy, base: Option<&VariantStudy>) ->
 }
 
 fn reached(reached: Reached) -> String {
-    let mark = if reached.extrapolated {
-        " (extrapolated)"
-    } else {
-        ""
-    };
+    let mark = if reached.extrapolated { " (ext.)" } else { "" };
     format!("{}{mark}", short(reached.seconds))
 }
 
@@ -101,13 +96,15 @@ pub(super) fn legend(scene: &SceneStudy, baseline: &str, seeds: u32) -> Vec<Stri
     lines.push(format!(
         "Errors are means over {seeds} seed(s); core seconds are CPU time of the render threads, \
          without building the scene. Seconds to an error lie on the line fitted through all \
-         points (log-log), whose slope is given; -1 is that of independent samples. Efficiency \
-         is 1 / (error x core seconds), geometric mean over all points, relative to `{baseline}`."
+         points (log-log), whose slope is given; -1 is that of independent samples; (ext.): \
+         extrapolated beyond what was measured. Efficiency is 1 / (error x core seconds), \
+         geometric mean over all points, relative to `{baseline}`."
     ));
     lines.push(format!(
-        "Bias test: the mean of picture - reference at the most samples, with the interval in \
-         which an unbiased one lies (deviation from the halves of both); over all tests of the \
-         report together {} % false alarms (Sidak).",
+        "Bias test: mean of (picture - reference) / (reference + 0.1) at the most samples, with \
+         the interval in which an unbiased one lies (scatter from the halves of both, Student's \
+         t); over all tests of the report together {} % false alarms (Sidak). Rare bright \
+         samples that have not come yet look like a bias to it.",
         100.0 * crate::study::FALSE_ALARM_RATE
     ));
     lines

@@ -11,7 +11,7 @@ mod reference;
 mod run;
 mod store;
 
-pub use bias::{Bias, FALSE_ALARM_RATE, test_bias};
+pub use bias::{Bias, Difference, FALSE_ALARM_RATE, test_bias};
 pub use fit::{Fit, Reached, fit, seconds_to};
 pub use point::{Point, ReferenceError};
 pub use prepare::{Load, Loaded};
@@ -111,6 +111,9 @@ pub struct VariantStudy {
     pub bias: Option<Bias>,
     /// Its own reference, if it has one.
     pub own_reference: Option<ReferenceError>,
+    /// Variance and its squares that the reference adds to the bias test.
+    #[serde(skip)]
+    pub(crate) reference_scatter: (f64, f64),
     /// The picture of the most samples and its FLIP map, as PNG files.
     #[serde(skip)]
     pub pictures: Option<(Vec<u8>, Vec<u8>)>,

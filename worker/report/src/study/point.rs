@@ -1,5 +1,6 @@
 //! One measurement: a scene, a variant, a number of samples.
 
+use super::bias::{Difference, Held};
 use crate::flip::{PIXELS_PER_DEGREE, Plane, hdr_flip, mean};
 use crate::measure::{FrameSums, Spent};
 use crate::metrics::metrics;
@@ -25,8 +26,8 @@ pub struct Point {
     pub own_mse: f64,
     /// Mean of picture - reference.
     pub mean_difference: f64,
-    /// Variance of `mean_difference`, from the halves of both.
-    pub mean_variance: f64,
+    /// The weighted mean difference that the bias test looks at.
+    pub weighted: Difference,
     /// Samples that were no light.
     pub bad: u64,
 }
@@ -35,11 +36,11 @@ pub struct Point {
 #[derive(Clone, Debug)]
 pub(super) struct Reference {
     /// The picture.
-    pub rgb: Vec<[f32; 3]>,
-    /// Variance of its mean over pixels and channels; 0 where nobody knows it.
-    pub mean_variance: f64,
+    pub(super) rgb: Vec<[f32; 3]>,
+    /// Its side of the bias test.
+    pub(super) held: Held,
     /// Where it comes from, and how wrong it is itself.
-    pub about: ReferenceError,
+    pub(super) about: ReferenceError,
     /// Names it in keys.
     pub(super) key: String,
 }
@@ -57,21 +58,19 @@ pub struct ReferenceError {
     pub rel_mse: Option<f64>,
 }
 
-/// Variance of the mean over pixels and channels, and mean squared error, of a picture
-/// whose halves differ by twice `half_difference`.
-pub(super) fn own_errors(half_difference: &[[f64; 3]], rgb: &[[f32; 3]]) -> (f64, f64, f64) {
-    let (mut variance, mut mse, mut rel_mse) = (0.0, 0.0, 0.0);
+/// Mean squared error and relative mean squared error of a picture whose halves differ
+/// by twice `half_difference`.
+pub(super) fn own_errors(half_difference: &[[f64; 3]], rgb: &[[f32; 3]]) -> (f64, f64) {
+    let (mut mse, mut rel_mse) = (0.0, 0.0);
     for (d, r) in half_difference.iter().zip(rgb) {
-        let mean = (d[0] + d[1] + d[2]) / 3.0;
-        variance += mean * mean;
         for c in 0..3 {
             let r = f64::from(r[c]);
             mse += d[c] * d[c];
             rel_mse += d[c] * d[c] / (r * r + crate::metrics::RELATIVE_EPSILON);
         }
     }
-    let n = half_difference.len().max(1) as f64;
-    (variance / (n * n), mse / (3.0 * n), rel_mse / (3.0 * n))
+    let values = 3.0 * half_difference.len().max(1) as f64;
+    (mse / values, rel_mse / values)
 }
 
 /// Measure what `sums` show; also the FLIP map.
@@ -87,7 +86,7 @@ pub(super) fn measure(
         rgb,
     };
     let found = metrics(&picture, &reference.rgb);
-    let (variance, own_mse, _) = own_errors(&sums.half_difference(), &picture);
+    let (own_mse, _) = own_errors(&sums.half_difference(), &picture);
     let flip = hdr_flip(&plane(&picture), &plane(&reference.rgb), PIXELS_PER_DEGREE);
     let point = Point {
         spp: 2 * sums.samples_per_half,
@@ -98,22 +97,17 @@ pub(super) fn measure(
         flip_hdr: flip.as_ref().map(|flip| mean(&flip.map)),
         own_mse,
         mean_difference: found.mean_difference,
-        mean_variance: variance + reference.mean_variance,
+        weighted: reference.held.difference(sums),
         bad: sums.bad,
     };
     (point, flip.map(|flip| flip.map))
 }
 
 /// The mean of one number of samples over seeds; `None` without any.
-pub(super) fn averaged(points: &[Point], reference_variance: f64) -> Option<Point> {
+pub(super) fn averaged(points: &[Point]) -> Option<Point> {
     let n = points.len() as f64;
     let first = points.first()?;
     let mean = |value: fn(&Point) -> f64| points.iter().map(value).sum::<f64>() / n;
-    // The reference is the same for all seeds: its share does not average out.
-    let own = points
-        .iter()
-        .map(|p| (p.mean_variance - reference_variance).max(0.0))
-        .sum::<f64>();
     let flips: Option<Vec<f64>> = points.iter().map(|p| p.flip_hdr).collect();
     Some(Point {
         spp: first.spp,
@@ -124,7 +118,11 @@ pub(super) fn averaged(points: &[Point], reference_variance: f64) -> Option<Poin
         flip_hdr: flips.map(|flips| flips.iter().sum::<f64>() / n),
         own_mse: mean(|p| p.own_mse),
         mean_difference: mean(|p| p.mean_difference),
-        mean_variance: own / (n * n) + reference_variance,
+        weighted: Difference {
+            mean: mean(|p| p.weighted.mean),
+            variance: mean(|p| p.weighted.variance) / n,
+            fourth: mean(|p| p.weighted.fourth) / (n * n * n),
+        },
         bad: points.iter().map(|p| p.bad).sum(),
     })
 }

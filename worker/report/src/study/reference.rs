@@ -1,5 +1,6 @@
 //! References: many samples of another seed.
 
+use super::bias::Held;
 use super::point::{Reference, ReferenceError, own_errors};
 use super::prepare::Prepared;
 use super::progress::Progress;
@@ -66,10 +67,10 @@ pub(super) fn rendered(
         progress.say(&text);
     }
     let rgb = sums.mean();
-    let (mean_variance, mse, rel_mse) = own_errors(&sums.half_difference(), &rgb);
+    let (mse, rel_mse) = own_errors(&sums.half_difference(), &rgb);
     Ok(Reference {
         rgb,
-        mean_variance,
+        held: Held::halves(&sums),
         about: ReferenceError {
             spp: Some(2 * sums.samples_per_half),
             file: None,
@@ -98,7 +99,7 @@ pub(super) fn given(
         .collect();
     Some(Ok(Reference {
         rgb: picture.rgb.clone(),
-        mean_variance: 0.0,
+        held: Held::exact(&picture.rgb),
         about: ReferenceError {
             spp: None,
             file: Some(file.clone()),

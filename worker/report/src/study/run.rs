@@ -1,6 +1,6 @@
 //! The loop over scenes, variants, seeds and numbers of samples.
 
-use super::bias::test_bias;
+use super::bias::{Difference, test_bias};
 use super::point::{Point, Reference, averaged, measure};
 use super::prepare::{Load, Prepared, prepare};
 use super::progress::{Progress, Told};
@@ -142,6 +142,7 @@ fn study_variant(
         points: Vec::new(),
         bias: None,
         own_reference: None,
+        reference_scatter: (0.0, 0.0),
         pictures: None,
         failure: None,
     };
@@ -167,6 +168,7 @@ fn study_variant(
     }
     let reference = own.as_ref().unwrap_or(reference);
     study.own_reference = own.as_ref().map(|own| own.about.clone());
+    study.reference_scatter = (reference.held.variance, reference.held.fourth);
     match measure_seeds(
         context, &prepared, &mut study, reference, exposure, progress,
     ) {
@@ -202,7 +204,7 @@ fn measure_seeds(
     }
     study.points = of_seeds
         .iter()
-        .filter_map(|points| averaged(points, reference.mean_variance))
+        .filter_map(|points| averaged(points))
         .collect();
     Ok(())
 }
@@ -346,9 +348,14 @@ fn test_all(scenes: &mut [SceneStudy]) {
         .filter(measured)
         .count();
     for variant in scenes.iter_mut().flat_map(|s| &mut s.variants) {
-        variant.bias = variant
-            .points
-            .last()
-            .map(|p| test_bias(p.mean_difference, p.mean_variance.sqrt(), tests));
+        let (variance, fourth) = variant.reference_scatter;
+        variant.bias = variant.points.last().map(|point| {
+            let with_reference = Difference {
+                variance: point.weighted.variance + variance,
+                fourth: point.weighted.fourth + fourth,
+                ..point.weighted
+            };
+            test_bias(&with_reference, tests)
+        });
     }
 }

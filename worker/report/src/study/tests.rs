@@ -79,7 +79,7 @@ fn a_march_of_one_step_is_called_biased_and_tracking_is_not() {
     let (tracking, march) = (tracking.bias.expect("test"), march.bias.expect("test"));
     assert!(tracking.passed, "{tracking:?}");
     // Jensen: the mean of exp(-x) is above exp of the mean, so the march is too bright.
-    assert!(!march.passed && march.z > 10.0, "{march:?}");
+    assert!(!march.passed && march.t > 10.0, "{march:?}");
 }
 
 #[test]
