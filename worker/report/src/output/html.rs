@@ -34,6 +34,9 @@ td.bad{color:#b3261e;font-weight:600;white-space:normal;min-width:170px}\
 .pictures img{width:100%;display:block;image-rendering:pixelated;border-radius:3px}\
 .pictures img+img{margin-top:3px}details summary{cursor:pointer;color:#48525a;margin:14px 0 4px}";
 
+/// One of the errors of a point.
+type Error = fn(&Point) -> Option<f64>;
+
 /// The page of a study.
 #[must_use]
 pub fn html(study: &Study, heading: &Heading) -> String {
@@ -73,7 +76,7 @@ fn scene_section(out: &mut String, study: &Study, scene: &SceneStudy) {
         );
     }
     out.push_str("</ul>\n<div class=\"plots\">\n");
-    let errors: [(&str, fn(&Point) -> Option<f64>); 3] = [
+    let errors: [(&str, Error); 3] = [
         ("relMSE", |p| Some(p.rel_mse)),
         ("MSE", |p| Some(p.mse)),
         ("FLIP-HDR", |p| p.flip_hdr),
