@@ -98,7 +98,7 @@ pub(super) fn legend(scene: &SceneStudy, baseline: &str, seeds: u32) -> Vec<Stri
          without building the scene. Seconds to an error lie on the line fitted through all \
          points (log-log), whose slope is given; -1 is that of independent samples; (ext.): \
          extrapolated beyond what was measured. Efficiency is 1 / (error x core seconds), \
-         geometric mean over all points, relative to `{baseline}`."
+         geometric mean over all points, relative to \"{baseline}\"."
     ));
     lines.push(format!(
         "Bias test: mean of (picture - reference) / (reference + 0.1) at the most samples, with \
