@@ -43,10 +43,6 @@ def bsdf(scene, material):
     tint = srgb_texture(scene, texture) if texture else color(base)
     if alpha is None:
         inner = {"type": "diffuse", "reflectance": tint}
-    elif metalness == 1.0:
-        # Schlick's curve over the base colour, as `principled` has it too; measured
-        # costs are equal within noise.
-        inner = principled(tint, alpha, 1.0, f0)
     else:
         inner = principled(tint, alpha, metalness, f0)
     return {"type": "twosided", "nested": inner}
@@ -67,6 +63,8 @@ def mesh(scene, described):
     return {
         "type": "ply",
         "filename": str(scene["folder"] / described["file"]),
+        # Its pictures begin at v = 0 with their top row.
+        "flip_tex_coords": True,
         "bsdf": bsdf(scene, described["material"]),
     }
 
