@@ -298,6 +298,7 @@ fn help_teaches() {
         "cancel",
         "jobs",
         "water",
+        "export",
         "schema",
     ] {
         assert!(help.contains(command), "{command}");
