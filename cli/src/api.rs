@@ -5,8 +5,8 @@ use crate::scene_files::Bundle;
 use reqwest::{RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
-    FramePage, JobPage, JobView, MissingRequest, MissingResponse, Problem, SettingsOverride,
-    SubmitRequest,
+    ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest, MissingResponse, Problem,
+    SettingsOverride, SubmitRequest,
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;
@@ -170,6 +170,27 @@ impl Api {
             url.query_pairs_mut().append_pair("page_token", token);
         }
         self.json(self.http.get(url)).await
+    }
+
+    /// The error of a frame (the scene's number) against time: every point.
+    pub(crate) async fn errors(&self, id: JobId, frame: u32) -> Result<Vec<ErrorPoint>, CliError> {
+        let path = routes::fill(routes::JOB_ERRORS, &id.to_string());
+        let mut points = Vec::new();
+        let mut token: Option<String> = None;
+        loop {
+            let mut url = self.url(&path)?;
+            url.query_pairs_mut()
+                .append_pair("frame", &frame.to_string());
+            if let Some(token) = &token {
+                url.query_pairs_mut().append_pair("page_token", token);
+            }
+            let page: ErrorPage = self.json(self.http.get(url)).await?;
+            points.extend(page.points);
+            token = page.next_page_token;
+            if token.is_none() {
+                return Ok(points);
+            }
+        }
     }
 
     /// Stop a job.

@@ -1,7 +1,7 @@
 //! Speed and error of a job, for people.
 
 use crate::output::{nmse_text, scaled};
-use shearwater_shared::api::JobView;
+use shearwater_shared::api::{ErrorPoint, JobView};
 use shearwater_shared::film::{ErrorDetail, ErrorEstimate};
 
 /// Samples per second, and those of one core.
@@ -83,4 +83,65 @@ pub(crate) fn short(job: &JobView) -> Option<String> {
         text.push_str("  ALARM: equal halves");
     }
     Some(text)
+}
+
+/// Error against time as a table.
+pub(crate) fn points(points: &[ErrorPoint]) -> String {
+    let mut text = format!(
+        "\n{:>9}  {:>10}  {:>9}  {:>9}  {:>9}  {:>10}  {:>9}",
+        "SECONDS", "CORE S", "SAMPLES", "NMSE", "RELMSE", "WORST TILE", "FIREFLIES"
+    );
+    for point in points {
+        let detail = point.error.detail.unwrap_or_default();
+        let fireflies = detail
+            .firefly_share
+            .map_or_else(|| "-".to_owned(), |share| format!("{:.2} %", 100.0 * share));
+        text.push_str(&format!(
+            "\n{:>9.2}  {:>10.2}  {:>9}  {:>9.2e}  {:>9.2e}  {:>10.2e}  {fireflies:>9}",
+            point.elapsed_s,
+            point.core_s,
+            scaled(point.samples_done as f64),
+            point.error.nmse,
+            detail.relmse,
+            detail.worst_tile_relmse,
+        ));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_has_a_line_for_each_point() {
+        let point = |samples_done, nmse| ErrorPoint {
+            frame: 0,
+            at_ms: 0,
+            elapsed_s: 1.5,
+            core_s: 3.0,
+            samples_done,
+            error: ErrorEstimate {
+                nmse,
+                detail: Some(ErrorDetail {
+                    firefly_share: Some(0.031),
+                    ..ErrorDetail::default()
+                }),
+                ..ErrorEstimate::default()
+            },
+        };
+        let text = points(&[point(1_000, 0.02), point(2_000_000, 0.01)]);
+        let lines: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(lines.len(), 3, "{text}");
+        assert!(
+            lines[1].contains("1.00 k") && lines[1].contains("2.00e-2"),
+            "{text}"
+        );
+        assert!(
+            lines[2].contains("2.00 M") && lines[2].contains("3.10 %"),
+            "{text}"
+        );
+        let widths: Vec<usize> = lines.iter().map(|line| line.chars().count()).collect();
+        assert_eq!(widths, [widths[0]; 3], "columns under their names");
+    }
 }
