@@ -1,6 +1,6 @@
 //! Speed and error of a job, for people.
 
-use crate::output::{nmse_text, scaled};
+use crate::output::{duration, nmse_text, scaled};
 use shearwater_shared::api::{ErrorPoint, JobView};
 use shearwater_shared::film::{ErrorDetail, ErrorEstimate};
 
@@ -22,6 +22,10 @@ pub(crate) fn rows(job: &JobView) -> Vec<(&'static str, String)> {
     let mut rows = vec![("NMSE", nmse(job, error))];
     if let Some(detail) = &error.detail {
         rows.extend(detail_rows(detail));
+    }
+    if let (Some(target), Some(left)) = (job.settings.stop.error, job.target_s) {
+        let text = format!("relMSE {:.1e} in about {}", target.get(), duration(left));
+        rows.push(("target", text));
     }
     rows
 }
@@ -78,6 +82,9 @@ pub(crate) fn short(job: &JobView) -> Option<String> {
     let mut text = format!("NMSE {:.1e}", error.nmse);
     if let Some(at_end) = job.nmse_at_end {
         text.push_str(&format!(" ({at_end:.1e} at the end)"));
+    }
+    if let Some(left) = job.target_s {
+        text.push_str(&format!("  target in {}", duration(left)));
     }
     if error.detail.is_some_and(|detail| detail.repeated_tiles > 0) {
         text.push_str("  ALARM: equal halves");

@@ -99,6 +99,11 @@ pub struct JobView {
     pub core_s: f64,
     /// Expected seconds to the end; absent when nothing is known.
     pub remaining_s: Option<f64>,
+    /// Expected seconds until the error target is reached, if the squared error goes
+    /// on falling as one over the samples; absent for a job without one, of several
+    /// frames, or of which nothing is known.
+    #[serde(default)]
+    pub target_s: Option<f64>,
     /// The worst error (NMSE) of all finished frames, from the two halves; as
     /// long as none is finished, the last point of the first frame so far.
     pub error: Option<ErrorEstimate>,

@@ -3,7 +3,7 @@
 use super::errors::point;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::farm::{JobCounts, job_state, nmse_at};
+use crate::farm::{JobCounts, job_state, nmse_at, samples_to_error};
 use crate::fold;
 use crate::store::{Ended, JobRow};
 use shearwater_shared::api::JobView;
@@ -26,6 +26,7 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
         }
         view.error = Some(error);
     }
+    view.target_s = target_s(&view);
     if view.state == JobState::Done && view.settings.frames <= FILM_HASHES_MAX {
         let hashes = app.store.film_hashes(view.id, FILM_HASHES_MAX).await?;
         view.film_hashes = hashes.into_iter().map(|(_, hash)| hash).collect();
@@ -55,6 +56,20 @@ pub(super) async fn so_far(
         Some(last) => Ok(Some(last.error)),
         None => Ok(fold::estimate(app, job, frame).await?),
     }
+}
+
+/// Seconds until the error target is reached.
+fn target_s(view: &JobView) -> Option<f64> {
+    let target = view.settings.stop.error?.get();
+    let all_s = view.remaining_s?;
+    if view.settings.frames > 1 || view.samples_per_s <= 0.0 {
+        return None;
+    }
+    let pixels = u64::from(view.settings.width) * u64::from(view.settings.height);
+    let needed = samples_to_error(view.error.as_ref()?, pixels, target)?;
+    let left = (needed - view.samples_done as f64).max(0.0);
+    // `samples` is the most that any pixel gets.
+    Some((left / view.samples_per_s).min(all_s))
 }
 
 /// State and progress: a function of the row and of the time.
@@ -110,6 +125,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         samples_per_s,
         core_s: row.core_us as f64 / 1e6,
         remaining_s: (!state.is_final() && samples_per_s > 0.0).then(|| left / samples_per_s),
+        target_s: None,
         error: None,
         error_frame: None,
         nmse_at_end: None,
@@ -119,5 +135,50 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         unequal_results: row.unequal_results,
         film_hashes: Vec::new(),
         rev: row.rev,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn view() -> JobView {
+        serde_json::from_value(serde_json::json!({
+            "id": 1, "name": "picture", "state": "running", "done": false,
+            "scene_hash": "0".repeat(64), "priority": 0, "submitted_ms": 0, "units_total": 8,
+            "units_done": 1, "samples_done": 6400, "progress": 0.1, "samples_per_s": 100.0,
+            "elapsed_s": 64.0, "core_s": 64.0, "remaining_s": 1000.0, "bad_samples": 0,
+            "depth_cap_hits": 0, "film_hashes": [], "rev": 1,
+            "settings": {"width": 10, "height": 10, "samples": 1064,
+                "stop": {"error": 0.01}},
+            "error": {"mse": 1.0, "nmse": 1.0, "worst_tile": 0, "worst_tile_nmse": 1.0,
+                "relmse": 0.04, "worst_tile_relmse": 1.0, "worst_relmse_tile": 0, "mean": 1.0,
+                "mean_interval": 0.1, "pixels": 100, "samples": 6400, "repeated_tiles": 0,
+                "firefly_share": null},
+        }))
+        .expect("a job")
+    }
+
+    #[test]
+    fn seconds_to_the_target_follow_the_error() {
+        // A quarter of the error takes four times the samples: three times what is done.
+        assert_eq!(target_s(&view()), Some(3.0 * 64.0));
+        let mut late = view();
+        late.remaining_s = Some(100.0);
+        assert_eq!(target_s(&late), Some(100.0), "its samples end first");
+        let mut there = view();
+        if let Some(detail) = there.error.as_mut().and_then(|e| e.detail.as_mut()) {
+            detail.relmse = 0.005;
+        }
+        assert_eq!(target_s(&there), Some(0.0));
+        let mut film = view();
+        film.settings.frames = 2;
+        let mut plain = view();
+        plain.settings.stop.error = None;
+        let mut begun = view();
+        begun.error = None;
+        for none in [film, plain, begun] {
+            assert_eq!(target_s(&none), None);
+        }
     }
 }

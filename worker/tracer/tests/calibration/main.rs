@@ -35,6 +35,9 @@ const FULL: Form = Form {
 };
 /// How far a mean ratio may lie from 1 in the full form.
 const TOLERANCE: f64 = 0.1;
+/// The same of the relative error: in squares that are dark but for rare glints,
+/// error and light are large in the same pictures, and their quotient lies low.
+const RELATIVE_TOLERANCE: f64 = 0.2;
 
 fn is_full() -> bool {
     std::env::var("CALIBRATION").is_ok_and(|form| form == "full")
@@ -42,9 +45,13 @@ fn is_full() -> bool {
 
 // In the fast form, four standard errors: one false alarm in 15,800 ratios if the
 // seeds were drawn anew; they are fixed.
-fn assert_honest(what: &str, ratio: &Ratio) {
+fn assert_honest(what: &str, ratio: &Ratio, full_tolerance: f64) {
     let Ratio { value, error } = *ratio;
-    let tolerance = if is_full() { TOLERANCE } else { 4.0 * error };
+    let tolerance = if is_full() {
+        full_tolerance
+    } else {
+        4.0 * error
+    };
     assert!(
         (value - 1.0).abs() <= tolerance && error < 0.12,
         "{what}: estimated / true is {value} +- {error}"
@@ -69,9 +76,9 @@ fn the_estimated_error_is_the_true_error() {
     for (name, measured) in &rows {
         for row in measured {
             let what = format!("{name} at {} samples", row.samples);
-            assert_honest(&format!("{what}, MSE"), &row.mse);
-            assert_honest(&format!("{what}, NMSE"), &row.nmse);
-            assert_honest(&format!("{what}, relMSE"), &row.relmse);
+            assert_honest(&format!("{what}, MSE"), &row.mse, TOLERANCE);
+            assert_honest(&format!("{what}, NMSE"), &row.nmse, TOLERANCE);
+            assert_honest(&format!("{what}, relMSE"), &row.relmse, RELATIVE_TOLERANCE);
             // 95 % of them; four standard deviations of a binomial, and a little
             // for the error of the reference.
             let spread = (0.95 * 0.05 / form.seeds as f64).sqrt();
