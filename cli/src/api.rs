@@ -5,7 +5,8 @@ use crate::scene_files::Bundle;
 use reqwest::{RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
-    ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest, MissingResponse, Problem,
+    AddSamples, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest,
+    MissingResponse, Problem,
     SettingsOverride, SubmitRequest,
 };
 use shearwater_shared::job::JobId;
@@ -198,6 +199,17 @@ impl Api {
         let path = routes::fill(routes::JOB_CANCEL, &id.to_string());
         let request = self.http.post(self.url(&path)?).timeout(CALL_TIMEOUT);
         self.send(request).await.map(drop)
+    }
+
+    /// Add samples to a job.
+    pub(crate) async fn add_samples(
+        &self,
+        id: JobId,
+        asked: &AddSamples,
+    ) -> Result<JobView, CliError> {
+        let path = routes::fill(routes::JOB_SAMPLES, &id.to_string());
+        self.json(self.http.post(self.url(&path)?).json(asked))
+            .await
     }
 
     /// Upload what the coordinator lacks of a scene, then submit the job.

@@ -1,8 +1,8 @@
 //! The command line.
 
 use crate::commands::{
-    cancel, compare, coordinator, download, export, jobs, render, report, status, submit, watch,
-    water, worker,
+    add, cancel, compare, coordinator, download, export, jobs, render, report, status, submit,
+    watch, water, worker,
 };
 use crate::exit;
 use crate::frames::{self, FrameRange};
@@ -10,6 +10,7 @@ use crate::{output, video};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shearwater_shared::api::{JobView, SettingsOverride};
 use shearwater_shared::limits;
+use shearwater_shared::stop::ErrorTarget;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -71,6 +72,7 @@ pub(crate) enum Command {
     Submit(submit::Submit),
     Status(status::Status),
     Watch(watch::Watch),
+    Add(add::Add),
     Download(download::Download),
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
@@ -113,6 +115,13 @@ pub(crate) struct Settings {
     /// Samples per pixel, an even number; powers of two converge best [default: the scene's]
     #[arg(long, value_name = "N", value_parser = parse_spp)]
     spp: Option<u32>,
+    /// Stop where the error (relative MSE) is at most X, for example 0.01; --spp is then the most samples
+    /// of any pixel [default: the scene's]
+    #[arg(long, value_name = "X", value_parser = parse_error)]
+    error: Option<ErrorTarget>,
+    /// Stop after N seconds of rendering; --spp is then the most samples of any pixel [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(limits::STOP_SECONDS_MAX)))]
+    seconds: Option<u32>,
     /// Seed; another one gives an independent picture of the same scene [default: 0]
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
@@ -128,6 +137,8 @@ impl Settings {
             width: self.size.map(|size| size.width),
             height: self.size.map(|size| size.height),
             samples: self.spp,
+            error: self.error,
+            seconds: self.seconds,
             seed: self.seed,
             frames: self.frames.map(|range| range.count),
             first_frame: self.frames.map(|range| range.first),
@@ -159,6 +170,11 @@ impl FromStr for Size {
                 )
             })
     }
+}
+
+pub(crate) fn parse_error(text: &str) -> Result<ErrorTarget, String> {
+    let value = text.parse().map_err(|_| "expected a number".to_owned())?;
+    ErrorTarget::new(value).map_err(|e| e.to_string())
 }
 
 pub(crate) fn parse_spp(text: &str) -> Result<u32, String> {

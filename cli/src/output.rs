@@ -3,7 +3,7 @@
 use crate::error_text;
 use crate::exit::CliError;
 use serde_json::{Value, json};
-use shearwater_shared::api::JobView;
+use shearwater_shared::api::{JobView, StopCause};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobState;
 use std::io::{ErrorKind, Write};
@@ -69,7 +69,7 @@ pub(crate) fn job_text(job: &JobView) -> String {
             "size",
             format!("{}x{}", job.settings.width, job.settings.height),
         ),
-        ("samples", format!("{} per pixel", job.settings.samples)),
+        ("samples", samples_text(job)),
         ("frames", frames_text(job)),
         (
             "progress",
@@ -96,11 +96,51 @@ pub(crate) fn job_text(job: &JobView) -> String {
     if job.depth_cap_hits > 0 {
         rows.push(("cut paths", job.depth_cap_hits.to_string()));
     }
+    rows.extend(stop_rows(job));
+    if let Some(note) = &job.note {
+        rows.push(("note", note.clone()));
+    }
     if let Some(failure) = &job.failure {
         rows.push(("failure", failure.clone()));
     }
     rows.extend(film_rows(job));
     table(&rows)
+}
+
+/// Samples per pixel: what is asked for, and with a stop rule what there is.
+pub(crate) fn samples_text(job: &JobView) -> String {
+    let asked = job.settings.samples;
+    let rule = match (job.settings.stop.error, job.settings.stop.seconds) {
+        (None, None) => return format!("{asked} per pixel"),
+        (Some(error), None) => format!("until the error is {error}"),
+        (None, Some(seconds)) => format!("for {seconds} s"),
+        (Some(error), Some(seconds)) => format!("until the error is {error}, for {seconds} s"),
+    };
+    format!("{rule}, at most {asked} per pixel")
+}
+
+/// What a job with a stop rule has come to.
+pub(crate) fn stop_rows(job: &JobView) -> Vec<(&'static str, String)> {
+    let stop = &job.settings.stop;
+    if stop.error.is_none() && stop.seconds.is_none() {
+        return Vec::new();
+    }
+    let mut rows = Vec::new();
+    let mean = job.samples_mean;
+    let range = match (job.samples_min, job.samples_max) {
+        (Some(least), Some(most)) => format!("mean {mean:.1} ({least} to {most})"),
+        _ => format!("mean {mean:.1} so far"),
+    };
+    rows.push(("per pixel", range));
+    if let Some(cause) = job.stopped_by.filter(|_| job.done) {
+        let text = match cause {
+            StopCause::Error => "the error is reached",
+            StopCause::Samples => "all samples are there",
+            StopCause::Seconds => "the time is up; `shearwater add` goes on",
+        };
+        rows.push(("stopped", text.to_owned()));
+    }
+    rows
 }
 
 /// A row for each film hash of a job; with several frames, after its number.

@@ -48,6 +48,14 @@ async fn reap(app: Arc<App>) {
             }
             Err(error) => tracing::error!(%error, "reaper"),
         }
+        match app.store.withhold_all(now_ms).await {
+            Ok(0) => {}
+            Ok(units) => {
+                tracing::info!(units, "time is up");
+                app.job_changed();
+            }
+            Err(error) => tracing::error!(%error, "time stop"),
+        }
     }
 }
 

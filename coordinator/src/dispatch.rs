@@ -2,9 +2,10 @@
 
 use crate::app::{App, now_ms};
 use crate::farm::{
-    Helper, LiveJob, OpenLease, Sizing, cut_runs, lease_units, next_job, runs_to_reissue,
+    Helper, LiveJob, OpenLease, Sizing, cut_runs, frame_deadline_ms, lease_target_ms, lease_units,
+    next_job, runs_to_reissue,
 };
-use crate::store::{Claimed, ReadyQuery, StoreError, WorkerRow};
+use crate::store::{Claimed, JobRow, ReadyQuery, StoreError, WorkerRow};
 use shearwater_shared::api::{Lease, LeaseRequest};
 use shearwater_shared::job::JobId;
 use std::collections::BTreeMap;
@@ -37,7 +38,7 @@ pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispat
     {
         return Ok(Dispatch::Quarantined(until_ms));
     }
-    let jobs = app.store.live_jobs().await?;
+    let jobs = app.store.live_jobs(&request.build).await?;
     for job in next_job(&jobs) {
         if let Some(claimed) = claim(app, request, job, &present, now_ms).await? {
             return lease(app, job.id, claimed).await;
@@ -72,8 +73,11 @@ async fn claim(
         count += 1;
         speed += other.milli_samples_per_s as f64 / 1000.0;
     }
+    let Some(row) = app.store.job(job.id).await? else {
+        return Ok(None);
+    };
     let wanted = lease_units(&Sizing {
-        target_ms: app.config.lease_target_ms,
+        target_ms: target_ms(app, &row, now_ms),
         unit_samples: job.unit_samples(),
         samples_per_s: request.samples_per_s,
         threads: request.threads,
@@ -81,15 +85,13 @@ async fn claim(
         others: count,
         others_samples_per_s: speed,
     });
-    let Some(row) = app.store.job(job.id).await? else {
-        return Ok(None);
-    };
     let units_max = usize::try_from(wanted).unwrap_or(usize::MAX);
     let query = ReadyQuery {
         job: job.id,
         worker: request.worker.instance.clone(),
         units_max,
         present: if count > 0 { count + 1 } else { 0 },
+        timed: row.out_of_time(now_ms),
     };
     let (plan, threads) = (row.plan(), request.threads);
     let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
@@ -101,6 +103,17 @@ async fn claim(
             until_ms,
         )
         .await
+}
+
+/// How long a lease of this job should take.
+fn target_ms(app: &App, row: &JobRow, now_ms: i64) -> u64 {
+    let target_ms = app.config.lease_target_ms;
+    let (Some(seconds), Some(over)) = (row.settings.stop.seconds, row.out_of_time(now_ms)) else {
+        return target_ms;
+    };
+    let from_ms = row.timed_from_ms.unwrap_or(now_ms);
+    let deadline_ms = frame_deadline_ms(from_ms, seconds, over, row.settings.frames);
+    lease_target_ms(target_ms, deadline_ms, now_ms)
 }
 
 async fn reissue(

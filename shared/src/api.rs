@@ -4,6 +4,7 @@ use crate::film::ErrorEstimate;
 use crate::hash::ContentHash;
 use crate::job::{JobId, JobState, Manifest, RenderSettings};
 use crate::plan::Run;
+use crate::stop::ErrorTarget;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -40,12 +41,54 @@ pub struct SettingsOverride {
     /// Seed.
     #[serde(default)]
     pub seed: Option<u64>,
+    /// Stop at this error; `samples` is then the most that any pixel gets, 16,384
+    /// when it is not given.
+    #[serde(default)]
+    pub error: Option<ErrorTarget>,
+    /// Stop after so many seconds; see `error` for `samples`.
+    #[serde(default)]
+    pub seconds: Option<u32>,
     /// Number of frames; default is the rest of the scene's animation.
     #[serde(default)]
     pub frames: Option<u32>,
     /// The scene's number of the first frame; default is 0.
     #[serde(default)]
     pub first_frame: Option<u32>,
+}
+
+/// Body of `POST /v1/jobs/{id}/samples`: what is to be added to a job, finished or
+/// not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AddSamples {
+    /// The new total of samples per pixel; for a job with an error target the most
+    /// that any pixel gets.
+    #[serde(default)]
+    pub samples: Option<u32>,
+    /// Instead of the total: samples per pixel to add to the job's settings.
+    #[serde(default)]
+    pub add: Option<u32>,
+    /// A smaller error target, for a job that has one.
+    #[serde(default)]
+    pub error: Option<ErrorTarget>,
+    /// Seconds after which the job stops again, from its next lease on; without it
+    /// a job that stopped by time goes on to its samples.
+    #[serde(default)]
+    pub seconds: Option<u32>,
+}
+
+/// Which rule ended a job's frames.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "snake_case")]
+pub enum StopCause {
+    /// The error is at most the target.
+    Error,
+    /// All samples are there; with an error target, some tile did not reach it.
+    Samples,
+    /// The time was up.
+    Seconds,
 }
 
 /// A job as the API shows it.
@@ -83,7 +126,24 @@ pub struct JobView {
     /// Frames whose film is final.
     #[serde(default)]
     pub frames_done: u64,
-    /// Units of all frames.
+    /// Which rule ended it; of several frames the one that comes last in the list of
+    /// causes. Absent before a frame is finished.
+    #[serde(default)]
+    pub stopped_by: Option<StopCause>,
+    /// Least samples of any pixel in finished frames.
+    #[serde(default)]
+    pub samples_min: Option<u32>,
+    /// Most samples of any pixel in finished frames.
+    #[serde(default)]
+    pub samples_max: Option<u32>,
+    /// Samples per pixel so far, mean over all pixels and frames.
+    #[serde(default)]
+    pub samples_mean: f64,
+    /// What a user should know about it: why it does not go on.
+    #[serde(default)]
+    pub note: Option<String>,
+    /// Units of all frames, as far as known: with an error target those of the
+    /// passes so far.
     pub units_total: u64,
     /// Units counted.
     pub units_done: u64,

@@ -2,6 +2,7 @@
 
 use crate::hash::ContentHash;
 use crate::limits;
+use crate::plan::LEVEL_SAMPLES_MIN;
 use crate::stop::Stop;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -165,6 +166,13 @@ impl RenderSettings {
                     self.frames,
                     limits::FRAMES_MAX - 1
                 ),
+            );
+        }
+        if self.stop.error.is_some() && self.samples < LEVEL_SAMPLES_MIN {
+            return fail(
+                "samples",
+                self.samples.into(),
+                format!("at least {LEVEL_SAMPLES_MIN} with an error target"),
             );
         }
         if let Some(seconds) = self.stop.seconds

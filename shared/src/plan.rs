@@ -12,7 +12,7 @@
 
 use crate::job::RenderSettings;
 use crate::limits::TILE_SIDE;
-use crate::stop::Cuts;
+use crate::stop::{Cuts, Stop};
 use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
@@ -134,7 +134,13 @@ impl Plan {
     /// Cuts where no block would end otherwise.
     fn own_cuts(&self) -> impl Iterator<Item = u32> {
         let cuts = self.cuts.ends().iter().copied();
-        cuts.filter(|cut| !cut.is_multiple_of(BLOCK_SAMPLES_PER_HALF))
+        cuts.filter(|&cut| !Self::ends_block(cut))
+    }
+
+    /// Whether every plan of more samples ends a block at `samples` of each half.
+    #[must_use]
+    pub const fn ends_block(samples: u32) -> bool {
+        samples.is_multiple_of(BLOCK_SAMPLES_PER_HALF)
     }
 
     /// One past the last sample index of block `block`, one of this plan.
@@ -156,6 +162,16 @@ impl Plan {
             .min(self.samples_per_half)
     }
 
+    /// Samples of each half in the first `blocks` blocks; all of them when there
+    /// are fewer blocks.
+    #[must_use]
+    pub fn samples_of_blocks(&self, blocks: u32) -> u32 {
+        match blocks {
+            0 => 0,
+            blocks => self.block_end(blocks - 1),
+        }
+    }
+
     /// Sample counts of each half at which a job with an error target decides
     /// which tiles go on: powers of two from [`LEVEL_SAMPLES_MIN`] / 2, cuts,
     /// and the last sample; rising.
@@ -172,6 +188,29 @@ impl Plan {
         ends
     }
 
+    /// Blocks that a frame's rows are made with: all of them, or those of the first
+    /// level of a job with an error target.
+    #[must_use]
+    pub fn first_blocks(&self, stop: &Stop) -> u32 {
+        let first = stop.error.and_then(|_| self.level_blocks(0));
+        first.unwrap_or_else(|| self.blocks())
+    }
+
+    /// Units that a frame's rows are made with; see [`Plan::first_blocks`].
+    #[must_use]
+    pub fn first_units(&self, stop: &Stop) -> u64 {
+        u64::from(self.tiles()) * u64::from(self.first_blocks(stop))
+    }
+
+    /// Blocks of a tile up to the first level that has more than `blocks`; `None`
+    /// when there is none.
+    #[must_use]
+    pub fn next_level(&self, blocks: u32) -> Option<u32> {
+        let ends = self.levels();
+        let level = ends.iter().map(|&end| self.blocks_before(end));
+        level.into_iter().find(|&level| level > blocks)
+    }
+
     /// Blocks of a tile up to level `level` of [`Plan::levels`]; `None` when
     /// there is no such level.
     #[must_use]
@@ -184,6 +223,12 @@ impl Plan {
     #[must_use]
     pub fn units_per_frame(&self) -> u64 {
         self.tiles() as u64 * self.blocks() as u64
+    }
+
+    /// Samples of a frame, over all pixels and both halves.
+    #[must_use]
+    pub const fn frame_samples(&self) -> u64 {
+        self.width as u64 * self.height as u64 * 2 * self.samples_per_half as u64
     }
 
     /// Samples of each half in the finished picture.
@@ -237,7 +282,6 @@ impl Plan {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stop::Stop;
 
     fn plan(width: u32, height: u32, samples: u32) -> Plan {
         Plan::new(&RenderSettings {

@@ -6,6 +6,8 @@ pub const JOBS: &str = "/v1/jobs";
 pub const JOB: &str = "/v1/jobs/{id}";
 /// Stop a job: `POST`.
 pub const JOB_CANCEL: &str = "/v1/jobs/{id}/cancel";
+/// Add samples to a job: `POST`.
+pub const JOB_SAMPLES: &str = "/v1/jobs/{id}/samples";
 /// Progress as server-sent events: `GET`.
 pub const JOB_EVENTS: &str = "/v1/jobs/{id}/events";
 /// State, film hash and error of each frame, by page: `GET`. Query:

@@ -1,5 +1,6 @@
 //! One file for each subcommand.
 
+pub(crate) mod add;
 pub(crate) mod cancel;
 pub(crate) mod compare;
 pub(crate) mod coordinator;
@@ -28,6 +29,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Submit(args) => submit::run(args, json).await,
         Command::Status(args) => status::run(args, json).await,
         Command::Watch(args) => watch::run(args, json).await,
+        Command::Add(args) => add::run(args, json).await,
         Command::Download(args) => download::run(args, json).await,
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,

@@ -133,6 +133,10 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
             "spp": job.settings.samples,
             "seed": job.settings.seed,
             "samples": job.samples_done,
+            "stopped_by": job.stopped_by,
+            "samples_min": job.samples_min,
+            "samples_mean": job.samples_mean,
+            "samples_max": job.samples_max,
             "samples_per_s": job.samples_per_s,
             "seconds": job.elapsed_s,
             "total_seconds": total_s,
@@ -148,6 +152,7 @@ fn report(rendered: &Rendered, total_s: f64, json: bool) {
         return;
     }
     let mut rows = output::film_rows(job);
+    rows.extend(output::stop_rows(job));
     rows.extend([
         ("speed", error_text::speed(job)),
         (

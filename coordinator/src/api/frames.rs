@@ -71,6 +71,7 @@ async fn view(
     let row = row.unwrap_or(FrameRow {
         frame,
         units_done: 0,
+        units_due: job.plan().first_units(&job.settings.stop),
         film_hash: None,
         error: None,
     });
@@ -88,7 +89,7 @@ async fn view(
         frame: job.settings.absolute_frame(frame),
         state,
         units_done: row.units_done,
-        units_total: job.plan().units_per_frame(),
+        units_total: row.units_due,
         film_hash: row.film_hash,
         error,
     })

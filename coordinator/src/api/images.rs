@@ -14,6 +14,7 @@ use axum::response::{IntoResponse, Response};
 use serde::Deserialize;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::scene;
+use shearwater_shared::stop::Stop;
 use std::sync::Arc;
 use tokio::sync::OwnedSemaphorePermit;
 
@@ -88,6 +89,7 @@ pub(crate) async fn exr(
         film_hash: film.map(|hash| hash.to_string()).unwrap_or_default(),
         scene_hash: job.manifest.scene.to_string(),
         job_id: job.id.to_string(),
+        stop: stop_text(&job.settings.stop),
         samples_per_pixel: mean_samples(&picture.sample_count),
         render_seconds: (job.core_us as f64 / 1e6) as f32,
     };
@@ -146,6 +148,18 @@ fn post_settings(post: &scene::Post, params: &PngQuery) -> PostSettings {
             scene::View::Standard => View::Standard,
             scene::View::Agx => View::Agx,
         },
+    }
+}
+
+/// The rules that could end the picture before all of its samples.
+fn stop_text(stop: &Stop) -> String {
+    let error = stop.error.map(|error| format!("adaptive, relMSE {error}"));
+    let seconds = stop.seconds.map(|seconds| format!("time, {seconds} s"));
+    let rules: Vec<String> = error.into_iter().chain(seconds).collect();
+    if rules.is_empty() {
+        "samples".to_owned()
+    } else {
+        rules.join("; ")
     }
 }
 

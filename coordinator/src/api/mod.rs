@@ -14,6 +14,7 @@ mod jobs;
 mod leases;
 mod problem;
 mod results;
+mod samples;
 mod settings;
 mod submit;
 mod view;
@@ -33,6 +34,7 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .route(routes::JOBS, get(jobs::list).post(submit::submit))
         .route(routes::JOB, get(jobs::get_job).delete(jobs::delete))
         .route(routes::JOB_CANCEL, post(jobs::cancel))
+        .route(routes::JOB_SAMPLES, post(samples::add))
         .route(routes::JOB_EVENTS, get(events::events))
         .route(routes::JOB_FRAMES, get(frames::list))
         .route(routes::JOB_ERRORS, get(errors::list))

@@ -46,6 +46,17 @@ pub(crate) enum ApiError {
         version: &'static str,
     },
     #[error(
+        "job {job} was begun with build `{first}`, this is build `{build}`: their pixels would \
+         differ. Submit the job again, or finish it with the Shearwater that began it"
+    )]
+    JobBuild {
+        job: i64,
+        first: String,
+        build: String,
+    },
+    #[error("job {0} was {1}: nothing can be added to it; submit it again")]
+    NotDone(i64, &'static str),
+    #[error(
         "this coordinator (Shearwater {version}) speaks protocol {ours}, the worker {theirs}. \
          Install Shearwater {version} on the worker"
     )]
@@ -102,6 +113,8 @@ impl ApiError {
                 "Idempotency key reused",
             ),
             Self::Build { .. } => (StatusCode::CONFLICT, "build", "Another numeric build"),
+            Self::JobBuild { .. } => (StatusCode::CONFLICT, "job-build", "Another numeric build"),
+            Self::NotDone(..) => (StatusCode::CONFLICT, "job-ended-early", "Job has ended"),
             Self::Protocol { .. } => (StatusCode::CONFLICT, "protocol", "Another protocol"),
             Self::Quarantined(_) => (StatusCode::FORBIDDEN, "quarantined", "Worker quarantined"),
             Self::Ended(_) => (StatusCode::GONE, "job-ended", "Job has ended"),

@@ -39,11 +39,28 @@ pub(crate) async fn result(
     check_numeric_build(&app, &upload.build)?;
     let job = app.store.job(upload.job).await?;
     let job = job.ok_or_else(|| no_job(upload.job))?;
+    check_build(&job, &upload.build)?;
     check(&job, &upload)?;
     // A client that goes away must not stop this between object and row.
     let counting = Arc::clone(&app);
     let task = tokio::spawn(async move { count(&counting, &job, upload).await });
     task.await.map_err(|e| ApiError::Internal(e.to_string()))?
+}
+
+/// Refuse what another numeric build than the job's rendered.
+fn check_build(job: &JobRow, build: &str) -> Result<(), ApiError> {
+    match &job.build {
+        Some(first) if first != build => Err(other_build(job.id, first, build)),
+        _ => Ok(()),
+    }
+}
+
+fn other_build(job: JobId, first: &str, build: &str) -> ApiError {
+    ApiError::JobBuild {
+        job: job.0,
+        first: first.to_owned(),
+        build: build.to_owned(),
+    }
 }
 
 fn refusal(error: WireError) -> ApiError {
@@ -125,6 +142,7 @@ async fn count(
         job: upload.job,
         run: upload.run,
         lease: upload.lease,
+        build: upload.build,
         sums_hash,
         object: app.objects.part_name(upload.job, &upload.run),
         samples: job.plan().run_samples(&upload.run),
@@ -175,6 +193,7 @@ async fn answer(
             app.job_changed();
             Err(ApiError::Unequal)
         }
+        CommitOutcome::OtherBuild { first } => Err(other_build(part.job, &first, &part.build)),
         CommitOutcome::Ended => Err(ApiError::Ended(part.job.0)),
         CommitOutcome::Unknown => Err(ApiError::Invalid(
             "run: nobody was given this run yet; send only what was leased".into(),
@@ -187,7 +206,7 @@ async fn fail_if_too_bad(app: &App, id: JobId, frame: u32) -> Result<(), ApiErro
         return Ok(());
     };
     let bad = app.store.bad_samples(id, frame).await?;
-    let frame_samples = job.frame_samples();
+    let frame_samples = job.plan().frame_samples();
     if too_many_bad(bad, frame_samples) {
         let reason = bad_samples_reason(job.settings.absolute_frame(frame), bad, frame_samples);
         app.store.fail_job(id, None, &reason, now_ms()).await?;

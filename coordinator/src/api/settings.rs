@@ -5,8 +5,13 @@ use super::problem::ApiError;
 use shearwater_shared::api::SettingsOverride;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::limits;
-use shearwater_shared::plan::Plan;
+use shearwater_shared::plan::{LEVEL_SAMPLES_MIN, Plan};
 use shearwater_shared::scene::SceneDescription;
+use shearwater_shared::stop::{Cuts, Stop};
+
+/// Most samples per pixel of a job that names a time or an error, and no samples:
+/// a hundred times what a finished picture usually has.
+const SAMPLES_WITH_STOP: u32 = 16_384;
 
 /// The settings of a job, checked.
 pub(super) fn merged(
@@ -18,12 +23,17 @@ pub(super) fn merged(
     let settings = RenderSettings {
         width: given.width.unwrap_or(scene.image.width),
         height: given.height.unwrap_or(scene.image.height),
-        samples: given.samples.unwrap_or(scene.job.samples),
+        samples: samples(given, scene),
         seed: given.seed.unwrap_or(0),
         frames: frames(given, first_frame, animated)?,
         first_frame,
-        stop: shearwater_shared::stop::Stop::NONE,
+        stop: Stop {
+            error: given.error.or(scene.job.error),
+            seconds: given.seconds.or(scene.job.seconds),
+            cuts: Cuts::NONE,
+        },
     };
+    let settings = cut_for_levels(settings)?;
     settings
         .validate()
         .map_err(|e| ApiError::Invalid(e.to_string()))?;
@@ -33,6 +43,28 @@ pub(super) fn merged(
             "settings: {units} units of work per frame, at most {}; fewer samples or pixels",
             limits::FRAME_UNITS_MAX
         )));
+    }
+    Ok(settings)
+}
+
+/// Samples per pixel: the most of them when a stop rule is given without.
+fn samples(given: &SettingsOverride, scene: &SceneDescription) -> u32 {
+    let stops = given.error.is_some() || given.seconds.is_some();
+    let default = if stops {
+        SAMPLES_WITH_STOP
+    } else {
+        scene.job.samples
+    };
+    given.samples.unwrap_or(default)
+}
+
+/// A job with an error target decides first at [`LEVEL_SAMPLES_MIN`] samples: a
+/// block ends there.
+fn cut_for_levels(settings: RenderSettings) -> Result<RenderSettings, ApiError> {
+    let mut settings = settings;
+    if settings.stop.error.is_some() && settings.samples > LEVEL_SAMPLES_MIN {
+        let cuts = settings.stop.cuts.with(LEVEL_SAMPLES_MIN / 2);
+        settings.stop.cuts = cuts.map_err(|e| ApiError::Invalid(e.to_string()))?;
     }
     Ok(settings)
 }

@@ -17,16 +17,23 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
     let newest = app.store.newest_error(row.id).await?;
     let newest_error = newest.map(|newest| point(&row, newest));
     let unfinished = row.frames_done == 0;
+    let note = note(&row, &app.config.build);
     let mut view = progress(row, now_ms());
     view.newest_error = newest_error;
+    view.note = note;
     if let Some((frame, error)) = error {
         view.error_frame = Some(view.settings.absolute_frame(frame));
-        if unfinished && !view.done {
+        // Of a job that may stop earlier nobody knows the last number of samples.
+        if unfinished && !view.done && view.settings.stop.is_default() {
             view.nmse_at_end = nmse_at(&error, view.settings.samples);
         }
         view.error = Some(error);
     }
     view.target_s = target_s(&view);
+    if view.settings.stop.error.is_some() {
+        // What is due is only the present pass.
+        view.remaining_s = view.target_s;
+    }
     if view.state == JobState::Done && view.settings.frames <= FILM_HASHES_MAX {
         let hashes = app.store.film_hashes(view.id, FILM_HASHES_MAX).await?;
         view.film_hashes = hashes.into_iter().map(|(_, hash)| hash).collect();
@@ -61,20 +68,31 @@ pub(super) async fn so_far(
 /// Seconds until the error target is reached.
 fn target_s(view: &JobView) -> Option<f64> {
     let target = view.settings.stop.error?.get();
-    let all_s = view.remaining_s?;
-    if view.settings.frames > 1 || view.samples_per_s <= 0.0 {
+    if view.done || view.settings.frames > 1 || view.samples_per_s <= 0.0 {
         return None;
     }
     let pixels = u64::from(view.settings.width) * u64::from(view.settings.height);
     let needed = samples_to_error(view.error.as_ref()?, pixels, target)?;
-    let left = (needed - view.samples_done as f64).max(0.0);
     // `samples` is the most that any pixel gets.
-    Some((left / view.samples_per_s).min(all_s))
+    let all = pixels as f64 * f64::from(view.settings.samples);
+    let left = (needed.min(all) - view.samples_done as f64).max(0.0);
+    Some(left / view.samples_per_s)
+}
+
+/// What a user should know beyond numbers.
+fn note(row: &JobRow, build: &str) -> Option<String> {
+    let first = row.build.as_ref().filter(|first| *first != build)?;
+    (row.finished_ms.is_none()).then(|| {
+        format!(
+            "begun with build `{first}`, this farm has `{build}`: their pixels would differ, so nobody goes on with \
+             it. Submit it again, or finish it with the Shearwater that began it"
+        )
+    })
 }
 
 /// State and progress: a function of the row and of the time.
 fn progress(row: JobRow, now_ms: i64) -> JobView {
-    let units_total = row.units_total();
+    let units_total = row.units_due;
     let state = job_state(&JobCounts {
         cancelled: row.ended == Ended::Cancelled,
         failed: matches!(row.ended, Ended::Failed(..)),
@@ -101,6 +119,8 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         Ended::Failed(reason, kind) => (Some(reason), kind),
         _ => (None, None),
     };
+    let (width, height) = (row.settings.width, row.settings.height);
+    let pixels = u64::from(width) * u64::from(height) * u64::from(row.settings.frames);
     let left = row.samples_total.saturating_sub(row.samples_done) as f64;
     JobView {
         id: row.id,
@@ -117,6 +137,11 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         frames_done: row.frames_done,
         submitted_ms: row.submitted_ms,
         finished_ms: row.finished_ms,
+        stopped_by: row.stopped,
+        samples_min: row.samples_range.map(|(least, _)| least),
+        samples_max: row.samples_range.map(|(_, most)| most),
+        samples_mean: row.samples_done as f64 / pixels.max(1) as f64,
+        note: None,
         units_total,
         units_done: row.units_done,
         samples_done: row.samples_done,

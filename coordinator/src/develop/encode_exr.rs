@@ -50,6 +50,8 @@ pub struct ExrAttributes {
     pub job_id: String,
     /// Samples per pixel, the mean if they differ: attribute `samplesPerPixel`.
     pub samples_per_pixel: f32,
+    /// What ended the picture, such as `adaptive, relMSE 0.01`: attribute `stop`.
+    pub stop: String,
     /// Render time in seconds, summed over the workers' threads or wall time as
     /// the caller counts it: attribute `renderSeconds`.
     pub render_seconds: f32,
@@ -148,6 +150,7 @@ fn layer_attributes(attributes: &ExrAttributes) -> Result<LayerAttributes, Devel
         ("filmHash", &attributes.film_hash),
         ("sceneHash", &attributes.scene_hash),
         ("jobId", &attributes.job_id),
+        ("stop", &attributes.stop),
     ];
     for (name, value) in texts {
         let value = AttributeValue::Text(text(name, value)?);

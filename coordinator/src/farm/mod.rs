@@ -3,16 +3,22 @@
 //! How large a lease is, which job is served, what is handed out once more at
 //! the end, when a unit or a worker is given up. No clock, socket or database.
 
+mod adaptive;
 mod choose;
+mod deadline;
 mod endgame;
+mod extend;
 mod failure;
 mod forecast;
 mod lease_size;
 mod runs;
 mod state;
 
+pub use adaptive::{TileAtLevel, Verdict, verdict};
 pub use choose::{LiveJob, next_job};
+pub use deadline::{frame_deadline_ms, frames_out_of_time, lease_target_ms};
 pub use endgame::{Helper, OpenLease, runs_to_reissue};
+pub use extend::{ExtendError, extended};
 pub use failure::{
     QUARANTINE_MS, UnitFailures, WorkerStreak, bad_samples_reason, should_quarantine, too_many_bad,
     unit_is_poison,

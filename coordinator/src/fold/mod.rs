@@ -7,6 +7,7 @@
 
 mod error;
 mod frame;
+mod level;
 mod picture;
 mod series;
 mod tile;

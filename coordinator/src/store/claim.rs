@@ -4,6 +4,7 @@ use super::error::{Attempt, StoreError};
 use super::open::{Engine, Store};
 use super::rows::{big, runs_text, small};
 use super::submit::next_id;
+use super::time_up::withhold;
 use crate::farm::Unit;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -25,6 +26,9 @@ pub struct ReadyQuery {
     /// Workers present, or 0 when the asking one is alone. Units that it failed
     /// on are left to the others, until as many have failed on them.
     pub present: u64,
+    /// For a job with a time stop: how many of its frames, from the first on, are
+    /// out of time. Tiles of such a job grow together, block by block.
+    pub timed: Option<u32>,
 }
 
 /// A fresh lease.
@@ -37,20 +41,24 @@ pub struct Claimed {
 }
 
 macro_rules! ready_sql {
-    ($tail:literal) => {
+    ($order:literal, $tail:literal) => {
         concat!(
             "SELECT frame, tile, block FROM unit WHERE job = $1 AND state = 0 \
              AND ($2 = 0 OR NOT EXISTS (SELECT 1 FROM failure f WHERE f.job = unit.job \
              AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block \
              AND f.worker = $3) OR (SELECT count(*) FROM failure f WHERE f.job = unit.job \
              AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block) >= $2) \
-             ORDER BY frame, tile, block LIMIT $4",
+             ORDER BY ",
+            $order,
+            " LIMIT $4",
             $tail
         )
     };
 }
-const READY_SQLITE: &str = ready_sql!("");
-const READY_POSTGRES: &str = ready_sql!(" FOR UPDATE SKIP LOCKED");
+const READY_SQLITE: &str = ready_sql!("frame, tile, block", "");
+const READY_POSTGRES: &str = ready_sql!("frame, tile, block", " FOR UPDATE SKIP LOCKED");
+const EVEN_SQLITE: &str = ready_sql!("frame, block, tile", "");
+const EVEN_POSTGRES: &str = ready_sql!("frame, block, tile", " FOR UPDATE SKIP LOCKED");
 
 impl Store {
     /// Lease the runs that `cut` makes of the first ready units; makes the
@@ -171,9 +179,14 @@ async fn ready_units(
     engine: Engine,
     query: &ReadyQuery,
 ) -> Result<Vec<Unit>, StoreError> {
-    let sql = match engine {
-        Engine::Sqlite => READY_SQLITE,
-        Engine::Postgres => READY_POSTGRES,
+    if let Some(over) = query.timed {
+        withhold(tx, query.job, over).await?;
+    }
+    let sql = match (engine, query.timed) {
+        (Engine::Sqlite, None) => READY_SQLITE,
+        (Engine::Postgres, None) => READY_POSTGRES,
+        (Engine::Sqlite, Some(_)) => EVEN_SQLITE,
+        (Engine::Postgres, Some(_)) => EVEN_POSTGRES,
     };
     let rows = sqlx::query(sql)
         .bind(query.job.0)
@@ -194,8 +207,9 @@ async fn ready_units(
         .collect()
 }
 
-/// Make the rows of the job's next frame; how many units it has, `None` when
-/// there is no further frame.
+/// Make the rows of the job's next frame, those that are missing; how many units
+/// were made, `None` when there is no further frame. A job that was added to goes
+/// through its frames once more.
 async fn make_next_frame(
     tx: &mut Transaction<'static, Any>,
     job: JobId,
@@ -211,35 +225,43 @@ async fn make_next_frame(
     let Some(row) = row else { return Ok(None) };
     let frame = i64::from(small(&row, "next_frame")?) - 1;
     let (tiles, blocks) = (small(&row, "tiles")?, small(&row, "blocks")?);
-    sqlx::query("INSERT INTO frame (job, frame) VALUES ($1, $2)")
-        .bind(job.0)
-        .bind(frame)
-        .execute(&mut **tx)
-        .await
-        .attempt("insert frame")?;
+    let units = i64::from(tiles) * i64::from(blocks);
+    sqlx::query(
+        "INSERT INTO frame (job, frame, units_due) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING",
+    )
+    .bind(job.0)
+    .bind(frame)
+    .bind(units)
+    .execute(&mut **tx)
+    .await
+    .attempt("insert frame")?;
     sqlx::query(
         "WITH RECURSIVE t(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM t \
-         WHERE n + 1 < $3) INSERT INTO tilefold (job, frame, tile) SELECT $1, $2, n FROM t",
+         WHERE n + 1 < $3) INSERT INTO tilefold (job, frame, tile, due) \
+         SELECT $1, $2, n, $4 FROM t WHERE true ON CONFLICT DO NOTHING",
     )
     .bind(job.0)
     .bind(frame)
     .bind(i64::from(tiles))
+    .bind(i64::from(blocks))
     .execute(&mut **tx)
     .await
     .attempt("insert tiles")?;
-    sqlx::query(
+    let made = sqlx::query(
         "WITH RECURSIVE u(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM u \
          WHERE n + 1 < $3) INSERT INTO unit (job, frame, tile, block) \
-         SELECT $1, $2, n / $4, n % $4 FROM u",
+         SELECT $1, $2, n / $4, n % $4 FROM u WHERE true ON CONFLICT DO NOTHING",
     )
     .bind(job.0)
     .bind(frame)
-    .bind(i64::from(tiles) * i64::from(blocks))
+    .bind(units)
     .bind(i64::from(blocks))
     .execute(&mut **tx)
     .await
     .attempt("insert units")?;
-    Ok(Some(tiles as usize * blocks as usize))
+    Ok(Some(
+        usize::try_from(made.rows_affected()).unwrap_or(usize::MAX),
+    ))
 }
 
 /// Insert the lease's row; false when the job has ended.
@@ -266,7 +288,8 @@ async fn insert_lease(
     .await
     .attempt("insert lease")?;
     let live = sqlx::query(
-        "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), rev = rev + 1 \
+        "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), \
+         timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + 1 \
          WHERE id = $1 AND finished_ms IS NULL",
     )
     .bind(job.0)

@@ -19,6 +19,8 @@ pub struct PartRecord {
     pub lease: i64,
     /// Worker (instance).
     pub worker: String,
+    /// Numeric build that rendered it.
+    pub build: String,
     /// Hash of the sums, for comparison with repetitions.
     pub sums_hash: ContentHash,
     /// Name of the object that holds the sums.
@@ -50,6 +52,11 @@ pub enum CommitOutcome {
     Overlap,
     /// The job was cancelled or has failed.
     Ended,
+    /// The job's first result came from another numeric build.
+    OtherBuild {
+        /// That one.
+        first: String,
+    },
     /// No such job, or the frame's units do not exist.
     Unknown,
 }
@@ -79,6 +86,9 @@ impl Store {
         if marked != u64::from(part.run.block1.saturating_sub(part.run.block0)) {
             tx.rollback().await.attempt("roll back")?;
             return self.settle_repetition(part).await;
+        }
+        if let Some(first) = other_build(&mut tx, part).await? {
+            return Ok(CommitOutcome::OtherBuild { first });
         }
         if !add_to_job(&mut tx, part, now_ms).await? {
             return Ok(CommitOutcome::Ended);
@@ -168,6 +178,24 @@ fn for_run<'q>(query: Query<'q>, part: &PartRecord) -> Query<'q> {
         .bind(i64::from(part.run.tile))
         .bind(i64::from(part.run.block0))
         .bind(i64::from(part.run.block1))
+}
+
+/// The numeric build of the job's first result, if it is not the part's. The first
+/// result fixes it: pixels of two builds must not meet in one picture.
+async fn other_build(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+) -> Result<Option<String>, StoreError> {
+    let row =
+        sqlx::query("UPDATE job SET build = coalesce(build, $2) WHERE id = $1 RETURNING build")
+            .bind(part.job.0)
+            .bind(&part.build)
+            .fetch_optional(&mut **tx)
+            .await
+            .attempt("fix numeric build")?;
+    let Some(row) = row else { return Ok(None) };
+    let first = text(&row, "build")?;
+    Ok((first != part.build).then_some(first))
 }
 
 /// Add the run to its job and frame; false when the job has ended or is gone.

@@ -64,7 +64,7 @@ pub struct FoldTask {
 }
 
 impl Store {
-    /// Tiles worth folding: all blocks are there, or `parts_max` parts wait.
+    /// Tiles worth folding: all blocks that are due are there, or `parts_max` parts wait.
     ///
     /// # Errors
     /// The database failed.
@@ -74,12 +74,12 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<FrameTile>, StoreError> {
         sqlx::query(
-            "SELECT p.job, p.frame, p.tile FROM part p JOIN job j ON j.id = p.job \
+            "SELECT p.job, p.frame, p.tile FROM part p \
              JOIN tilefold t ON t.job = p.job AND t.frame = p.frame AND t.tile = p.tile \
              WHERE p.object IS NOT NULL AND p.job IN (SELECT id FROM job \
              WHERE finished_ms IS NULL) \
-             GROUP BY p.job, p.frame, p.tile, t.blocks, j.blocks \
-             HAVING count(*) >= $1 OR t.blocks + sum(p.block1 - p.block0) >= j.blocks \
+             GROUP BY p.job, p.frame, p.tile, t.blocks, t.due \
+             HAVING count(*) >= $1 OR t.blocks + sum(p.block1 - p.block0) >= t.due \
              ORDER BY p.job, p.frame, p.tile LIMIT $2",
         )
         .bind(i64::from(parts_max))
@@ -257,8 +257,8 @@ impl Store {
         .collect()
     }
 
-    /// Frames of which every unit is counted and folded and whose film hash is
-    /// not yet stored.
+    /// Frames of which every unit that is due is counted and folded and whose film
+    /// hash is not yet stored: they end, or go on to the next pass.
     ///
     /// # Errors
     /// The database failed.
@@ -266,7 +266,7 @@ impl Store {
         sqlx::query(
             "SELECT f.job, f.frame FROM frame f JOIN job j ON j.id = f.job \
              WHERE f.film_hash IS NULL AND j.finished_ms IS NULL \
-             AND f.units_done = j.tiles * j.blocks AND NOT EXISTS (SELECT 1 FROM part p \
+             AND f.units_done >= f.units_due AND NOT EXISTS (SELECT 1 FROM part p \
              WHERE p.job = f.job AND p.frame = f.frame AND p.object IS NOT NULL) \
              ORDER BY f.job, f.frame LIMIT $1",
         )

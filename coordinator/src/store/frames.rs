@@ -3,7 +3,8 @@
 use super::error::{Attempt, StoreError, corrupt};
 use super::errors::{self, ErrorRow};
 use super::open::Store;
-use super::rows::{count, hash, optional_text, small};
+use super::rows::{count, hash, optional_text, small, stop_code};
+use shearwater_shared::api::StopCause;
 use shearwater_shared::film::ErrorEstimate;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
@@ -15,6 +16,8 @@ use sqlx::any::AnyRow;
 pub struct FrameRow {
     /// The job's number of it, from 0.
     pub frame: u32,
+    /// Units to be counted, as far as known.
+    pub units_due: u64,
     /// Units counted.
     pub units_done: u64,
     /// Hash of its film, once that is final.
@@ -23,7 +26,20 @@ pub struct FrameRow {
     pub error: Option<ErrorEstimate>,
 }
 
-const COLUMNS: &str = "frame, units_done, film_hash, error";
+/// How a frame ended.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameEnd {
+    /// Hash of its film.
+    pub film_hash: ContentHash,
+    /// Why it has no more samples.
+    pub cause: StopCause,
+    /// Samples per pixel, least and most.
+    pub samples: (u32, u32),
+    /// `extended` of the job that was decided by.
+    pub extended: i64,
+}
+
+const COLUMNS: &str = "frame, units_due, units_done, film_hash, error";
 
 impl Store {
     /// Bad samples of a frame's counted runs; 0 when there is no such frame.
@@ -129,7 +145,7 @@ impl Store {
     }
 
     /// Store a frame's film hash and last error, once; with the last frame the job is
-    /// done. False when another was faster.
+    /// done. False when another was faster, or the job was added to meanwhile.
     ///
     /// # Errors
     /// The database failed; the frame is as before.
@@ -137,7 +153,7 @@ impl Store {
         &self,
         job: JobId,
         frame: u32,
-        film_hash: &ContentHash,
+        end: &FrameEnd,
         last: Option<&ErrorRow>,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
@@ -147,13 +163,15 @@ impl Store {
         let mut tx = self.begin().await?;
         let first = sqlx::query(
             "UPDATE frame SET film_hash = $3, error = $4, nmse_pico = $5 \
-             WHERE job = $1 AND frame = $2 AND film_hash IS NULL",
+             WHERE job = $1 AND frame = $2 AND film_hash IS NULL AND EXISTS \
+             (SELECT 1 FROM job WHERE id = $1 AND extended = $6)",
         )
         .bind(job.0)
         .bind(i64::from(frame))
-        .bind(film_hash.to_string())
+        .bind(end.film_hash.to_string())
         .bind(text)
         .bind(error.map(|error| pico(error.nmse)))
+        .bind(end.extended)
         .execute(&mut *tx)
         .await
         .attempt("store film hash")?;
@@ -165,11 +183,17 @@ impl Store {
         }
         let live = sqlx::query(
             "UPDATE job SET frames_done = frames_done + 1, rev = rev + 1, \
+             stopped = CASE WHEN stopped < $3 THEN $3 ELSE stopped END, \
+             samples_min = CASE WHEN samples_min <= $4 THEN samples_min ELSE $4 END, \
+             samples_max = CASE WHEN samples_max >= $5 THEN samples_max ELSE $5 END, \
              finished_ms = CASE WHEN frames_done + 1 = frames THEN $2 ELSE NULL END \
              WHERE id = $1 AND finished_ms IS NULL",
         )
         .bind(job.0)
         .bind(now_ms)
+        .bind(stop_code(end.cause))
+        .bind(i64::from(end.samples.0))
+        .bind(i64::from(end.samples.1))
         .execute(&mut *tx)
         .await
         .attempt("count frame")?;
@@ -195,6 +219,7 @@ fn frame_row(row: &AnyRow) -> Result<FrameRow, StoreError> {
         .transpose()?;
     Ok(FrameRow {
         frame: small(row, "frame")?,
+        units_due: count(row, "units_due")?,
         units_done: count(row, "units_done")?,
         film_hash,
         error,

@@ -88,18 +88,20 @@ impl Store {
         .collect()
     }
 
-    /// Jobs that have not ended, in the order of service.
+    /// Jobs that have not ended and that the numeric build `build` may render, in
+    /// the order of service.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn live_jobs(&self) -> Result<Vec<LiveJob>, StoreError> {
+    pub async fn live_jobs(&self, build: &str) -> Result<Vec<LiveJob>, StoreError> {
         sqlx::query(
-            "SELECT id, priority, frames * tiles * blocks AS units_total, units_done, \
+            "SELECT id, priority, units_due, units_done, \
              samples_total, (SELECT count(*) FROM unit WHERE unit.job = job.id \
              AND unit.state = 1) AS leased FROM job WHERE finished_ms IS NULL \
-             ORDER BY priority DESC, id LIMIT $1",
+             AND (build IS NULL OR build = $2) ORDER BY priority DESC, id LIMIT $1",
         )
         .bind(LIVE_JOBS_MAX)
+        .bind(build)
         .fetch_all(&self.read)
         .await
         .attempt("read live jobs")?
@@ -108,7 +110,7 @@ impl Store {
             Ok(LiveJob {
                 id: JobId(int(row, "id")?),
                 priority: i32::try_from(int(row, "priority")?).unwrap_or(0),
-                units_total: count(row, "units_total")?,
+                units_total: count(row, "units_due")?,
                 units_done: count(row, "units_done")?,
                 units_leased: count(row, "leased")?,
                 samples_total: count(row, "samples_total")?,

@@ -135,6 +135,7 @@ fn migrator() -> Migrator {
             "errors",
             include_str!("../../migrations/0004_errors.sql"),
         ),
+        simple(5, "stop", include_str!("../../migrations/0005_stop.sql")),
     ])
 }
 

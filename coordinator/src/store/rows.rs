@@ -1,7 +1,8 @@
 //! Rows as Rust values.
 
 use super::error::{Attempt, StoreError, corrupt};
-use shearwater_shared::api::FailureKind;
+use crate::farm::frames_out_of_time;
+use shearwater_shared::api::{FailureKind, StopCause};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
 use shearwater_shared::plan::{Plan, Run};
@@ -41,11 +42,13 @@ pub struct JobRow {
     pub priority: i32,
     /// Frames whose film is final.
     pub frames_done: u64,
+    /// Units to be counted, as far as known.
+    pub units_due: u64,
     /// Units counted.
     pub units_done: u64,
     /// Units leased now.
     pub units_leased: u64,
-    /// Samples of the whole job, over all pixels and frames.
+    /// Samples of the units that are due, over all pixels and frames.
     pub samples_total: u64,
     /// Samples counted.
     pub samples_done: u64,
@@ -59,6 +62,17 @@ pub struct JobRow {
     pub unequal_results: u64,
     /// How it was stopped.
     pub ended: Ended,
+    /// Why its finished frames have no more samples; the last of the order of
+    /// [`StopCause`] of all of them.
+    pub stopped: Option<StopCause>,
+    /// Samples per pixel in its finished frames, least and most.
+    pub samples_range: Option<(u32, u32)>,
+    /// Counts additions of samples.
+    pub extended: i64,
+    /// Numeric build of its first counted result.
+    pub build: Option<String>,
+    /// When the time of its time stop began to run.
+    pub timed_from_ms: Option<i64>,
     /// When it was submitted.
     pub submitted_ms: i64,
     /// When its first lease went out.
@@ -78,25 +92,25 @@ impl JobRow {
         Plan::new(&self.settings)
     }
 
-    /// Samples of one frame, over all pixels.
+    /// How many of its frames, from the first on, are out of time at `now_ms`;
+    /// `None` without a time stop.
     #[must_use]
-    pub fn frame_samples(&self) -> u64 {
-        self.samples_total / u64::from(self.settings.frames.max(1))
-    }
-
-    /// Units of all frames.
-    #[must_use]
-    pub fn units_total(&self) -> u64 {
-        self.plan().units_per_frame() * u64::from(self.settings.frames)
+    pub fn out_of_time(&self, now_ms: i64) -> Option<u32> {
+        let seconds = self.settings.stop.seconds?;
+        let frames = self.settings.frames;
+        Some(self.timed_from_ms.map_or(0, |from_ms| {
+            frames_out_of_time(from_ms, seconds, frames, now_ms)
+        }))
     }
 }
 
 /// The columns of [`job_row`].
 macro_rules! job_columns {
     () => {
-        "id, name, manifest, settings, post, fps, animation_frames, priority, frames_done, units_done, samples_total, \
+        "id, name, manifest, settings, post, fps, animation_frames, priority, frames_done, units_due, units_done, samples_total, \
          samples_done, core_us, bad_samples, depth_cap_hits, unequal_results, ended, failure, \
-         submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, \
+         submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, stopped, samples_min, samples_max, extended, build, \
+         timed_from_ms, \
          (SELECT count(*) FROM unit WHERE unit.job = job.id AND unit.state = 1) AS leased"
     };
 }
@@ -112,6 +126,15 @@ pub(super) fn count(row: &AnyRow, column: &'static str) -> Result<u64, StoreErro
 
 pub(super) fn small(row: &AnyRow, column: &'static str) -> Result<u32, StoreError> {
     u32::try_from(int(row, column)?).map_err(|e| corrupt(column, e))
+}
+
+pub(super) fn optional_small(
+    row: &AnyRow,
+    column: &'static str,
+) -> Result<Option<u32>, StoreError> {
+    let value = row.try_get::<Option<i64>, _>(column).attempt(column)?;
+    let small = value.map(u32::try_from).transpose();
+    small.map_err(|e| corrupt(column, e))
 }
 
 pub(super) fn text(row: &AnyRow, column: &'static str) -> Result<String, StoreError> {
@@ -139,6 +162,24 @@ pub(super) fn json<T: serde::de::DeserializeOwned>(
     column: &'static str,
 ) -> Result<T, StoreError> {
     serde_json::from_str(&text(row, column)?).map_err(|e| corrupt(column, e))
+}
+
+/// The number of a cause in the column `stopped`.
+pub(super) const fn stop_code(cause: StopCause) -> i64 {
+    match cause {
+        StopCause::Error => 1,
+        StopCause::Samples => 2,
+        StopCause::Seconds => 3,
+    }
+}
+
+const fn stop_cause(code: i64) -> Option<StopCause> {
+    match code {
+        1 => Some(StopCause::Error),
+        2 => Some(StopCause::Samples),
+        3 => Some(StopCause::Seconds),
+        _ => None,
+    }
 }
 
 /// The number of a failure in the column `ended`.
@@ -179,15 +220,13 @@ pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
         manifest: json(row, "manifest")?,
         settings: json(row, "settings")?,
         post: json(row, "post")?,
-        animation_frames: row
-            .try_get::<Option<i64>, _>("animation_frames")
-            .attempt("animation_frames")?
-            .and_then(|frames| u32::try_from(frames).ok()),
+        animation_frames: optional_small(row, "animation_frames")?,
         fps: optional_text(row, "fps")?
             .map(|text| serde_json::from_str(&text).map_err(|e| corrupt("fps", e)))
             .transpose()?,
         priority: i32::try_from(int(row, "priority")?).map_err(|e| corrupt("priority", e))?,
         frames_done: count(row, "frames_done")?,
+        units_due: count(row, "units_due")?,
         units_done: count(row, "units_done")?,
         units_leased: count(row, "leased")?,
         samples_total: count(row, "samples_total")?,
@@ -197,6 +236,11 @@ pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
         depth_cap_hits: count(row, "depth_cap_hits")?,
         unequal_results: count(row, "unequal_results")?,
         ended,
+        stopped: stop_cause(int(row, "stopped")?),
+        samples_range: optional_small(row, "samples_min")?.zip(optional_small(row, "samples_max")?),
+        extended: int(row, "extended")?,
+        build: optional_text(row, "build")?,
+        timed_from_ms: time("timed_from_ms")?,
         submitted_ms: int(row, "submitted_ms")?,
         first_lease_ms: time("first_lease_ms")?,
         last_result_ms: time("last_result_ms")?,

@@ -5,7 +5,7 @@ use super::open::Store;
 use super::rows::{big, hash, int};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
-use shearwater_shared::plan::Plan;
+use shearwater_shared::plan::{Plan, Run};
 use shearwater_shared::scene::Post;
 use sqlx::{Any, Transaction};
 
@@ -90,15 +90,26 @@ async fn insert_job(
 ) -> Result<(), StoreError> {
     let plan = Plan::new(&new.settings);
     let frames = u64::from(new.settings.frames);
-    let pixels = u64::from(new.settings.width) * u64::from(new.settings.height);
-    let samples_total = pixels * 2 * u64::from(plan.samples_per_half()) * frames;
+    let blocks = plan.first_blocks(&new.settings.stop);
+    let first_samples: u64 = (0..plan.tiles())
+        .map(|tile| {
+            plan.run_samples(&Run {
+                frame: 0,
+                tile,
+                block0: 0,
+                block1: blocks,
+            })
+        })
+        .sum();
+    let samples_total = first_samples.saturating_mul(frames);
+    let units_due = plan.first_units(&new.settings.stop).saturating_mul(frames);
     let text = |what, value: Result<String, serde_json::Error>| value.map_err(|e| corrupt(what, e));
     let fps = new.fps.as_ref().map(serde_json::to_string);
     let fps = fps.map(|fps| text("fps", fps)).transpose()?;
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
-         tiles, blocks, samples_total, submitted_ms, fps, animation_frames) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
+         tiles, blocks, samples_total, submitted_ms, fps, animation_frames, units_due, stop_s) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)",
     )
     .bind(id)
     .bind(&new.name)
@@ -109,11 +120,13 @@ async fn insert_job(
     .bind(i64::from(new.priority))
     .bind(big(frames))
     .bind(i64::from(plan.tiles()))
-    .bind(i64::from(plan.blocks()))
+    .bind(i64::from(blocks))
     .bind(big(samples_total))
     .bind(now_ms)
     .bind(fps)
     .bind(new.animation_frames.map(i64::from))
+    .bind(big(units_due))
+    .bind(new.settings.stop.seconds.map(i64::from))
     .execute(&mut **tx)
     .await
     .attempt("insert job")?;

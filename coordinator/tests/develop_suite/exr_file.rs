@@ -18,6 +18,7 @@ fn attributes() -> ExrAttributes {
         scene_hash: "5".repeat(64),
         job_id: "17".to_owned(),
         samples_per_pixel: 512.0,
+        stop: "adaptive, relMSE 0.01".to_owned(),
         render_seconds: 12.5,
     }
 }
@@ -126,6 +127,7 @@ fn attributes_come_back() {
     assert_eq!(get("filmHash"), text(&"f".repeat(64)));
     assert_eq!(get("sceneHash"), text(&"5".repeat(64)));
     assert_eq!(get("jobId"), text("17"));
+    assert_eq!(get("stop"), text("adaptive, relMSE 0.01"));
     assert_eq!(get("samplesPerPixel"), Some(AttributeValue::F32(512.0)));
     assert_eq!(get("renderSeconds"), Some(AttributeValue::F32(12.5)));
     let chromaticities = image.attributes.chromaticities.unwrap();

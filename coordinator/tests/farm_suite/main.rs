@@ -10,3 +10,4 @@ mod leases;
 mod pictures;
 mod restart;
 mod results;
+mod stop;

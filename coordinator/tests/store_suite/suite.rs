@@ -2,9 +2,10 @@
 
 use shearwater_coordinator::farm::{Unit, cut_runs};
 use shearwater_coordinator::store::{
-    Claimed, CommitOutcome, ERROR_POINTS_MAX, ErrorRow, FoldTask, Folded, FrameTile, JobFilter,
-    NewJob, PartRecord, ReadyQuery, Store, Submitted,
+    Claimed, CommitOutcome, ERROR_POINTS_MAX, ErrorRow, FoldTask, Folded, FrameEnd, FrameTile,
+    JobFilter, NewJob, PartRecord, ReadyQuery, Store, Submitted,
 };
+use shearwater_shared::api::StopCause;
 use shearwater_shared::film::{Brightness, ErrorDetail, ErrorEstimate, TileError};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
@@ -56,6 +57,7 @@ pub(crate) async fn claim(
         worker: "w".into(),
         units_max,
         present: 0,
+        timed: None,
     };
     let cut = |ready: &[Unit]| cut_runs(ready, &Plan::new(&SETTINGS), 1);
     store
@@ -70,6 +72,7 @@ pub(crate) fn part(job: JobId, run: Run, lease: i64, nonce: u64) -> PartRecord {
         run,
         lease,
         worker: "w".into(),
+        build: "b".into(),
         sums_hash: ContentHash::of(format!("{run:?}").as_bytes()),
         object: format!("part/{job}/{run:?}/{nonce}"),
         samples: Plan::new(&SETTINGS).run_samples(&run),
@@ -117,7 +120,7 @@ async fn frames_are_made_when_they_are_needed(store: &Store) {
     }
     assert_eq!(units, 3 * 16, "every unit of every frame, once");
     let row = store.job(job).await.expect("read").expect("job");
-    assert_eq!((row.units_leased, row.units_total()), (48, 48));
+    assert_eq!((row.units_leased, row.units_due), (48, 48));
 }
 
 async fn ten_thousand_frames_are_submitted_at_once(store: &Store) {
@@ -135,7 +138,7 @@ async fn ten_thousand_frames_are_submitted_at_once(store: &Store) {
     claim(store, job, 8192, 1, 100).await.expect("more frames");
     assert!((2..=16).contains(&rows().await), "{}", rows().await);
     let row = store.job(job).await.expect("read").expect("job");
-    assert_eq!(row.units_total(), 160_000);
+    assert_eq!(row.units_due, 160_000);
     eprintln!("{FRAMES} frames: submitted in {submitted:?}, first claim {claimed:?}");
     // One row and one frame's rows; ten thousand frames' would take a minute.
     assert!(submitted.as_secs() < 2 && claimed.as_secs() < 2);
@@ -150,8 +153,14 @@ async fn the_worst_frame_is_known(store: &Store) {
     for (frame, nmse, worst) in [(2, 1e-3, 2), (0, 0.0, 2), (3, 2e-3, 3), (1, 2e-3, 1)] {
         let (hash, last) = (ContentHash::of(b"film"), error_row(frame, 7, nmse));
         let error = last.error;
+        let end = FrameEnd {
+            film_hash: hash,
+            cause: StopCause::Samples,
+            samples: (512, 512),
+            extended: 0,
+        };
         let finish = async || {
-            let done = store.finish_frame(job, frame, &hash, Some(&last), 5).await;
+            let done = store.finish_frame(job, frame, &end, Some(&last), 5).await;
             done.expect("finish")
         };
         assert!(finish().await);

@@ -82,6 +82,27 @@ pub struct TileError {
     pub detail: Option<TileDetail>,
 }
 
+impl TileError {
+    /// Mean relative MSE over the tile's values, finite and not negative; 0 without
+    /// samples. A tile without details counts as one square.
+    #[must_use]
+    pub fn relmse(&self) -> f64 {
+        if self.values == 0 {
+            return 0.0;
+        }
+        let values = self.values as f64;
+        let relmse = match &self.detail {
+            Some(detail) => detail.relative / values,
+            None => self.error / (self.light.max(0.0) + RELATIVE_EPSILON * values),
+        };
+        if relmse.is_finite() {
+            relmse.max(0.0)
+        } else {
+            f64::MAX
+        }
+    }
+}
+
 /// More sums of one tile.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileDetail {
@@ -147,13 +168,14 @@ fn relative_error(film: &TileFilm, width: usize) -> f64 {
     for y0 in (0..height).step_by(SUB_TILE_SIDE) {
         for x0 in (0..width).step_by(SUB_TILE_SIDE) {
             let mut square = TileError::default();
+            // Noise in the dark may have A * B below 0.
             for y in y0..(y0 + SUB_TILE_SIDE).min(height) {
                 for x in x0..(x0 + SUB_TILE_SIDE).min(width) {
                     add_pixel(&mut square, film, y * width + x);
                 }
             }
             let values = square.values as f64;
-            relative += values * square.error / (square.light + RELATIVE_EPSILON * values);
+            relative += values * square.error / (square.light.max(0.0) + RELATIVE_EPSILON * values);
         }
     }
     relative

@@ -45,6 +45,7 @@ pub use water::{
     FlatWater, GerstnerWater, GerstnerWave, Profile, TessendorfWater, Water, WaterLook, Whitecaps,
 };
 
+use crate::stop::ErrorTarget;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -122,6 +123,16 @@ pub struct JobDefaults {
     #[serde(default = "default_samples")]
     #[schemars(range(min = 2, max = 16_777_216), extend("multipleOf" = 2))]
     pub samples: u32,
+    /// Stop where the relative mean squared error is at most this, for example 0.01;
+    /// `samples` is then the most that any pixel gets.
+    #[serde(default)]
+    #[schemars(range(min = 1e-9, max = 10))]
+    pub error: Option<ErrorTarget>,
+    /// Stop after so many seconds of rendering; `samples` is then the most that any
+    /// pixel gets.
+    #[serde(default)]
+    #[schemars(range(min = 1, max = 31_622_400))]
+    pub seconds: Option<u32>,
 }
 
 const fn default_samples() -> u32 {
@@ -132,6 +143,8 @@ impl Default for JobDefaults {
     fn default() -> Self {
         Self {
             samples: default_samples(),
+            error: None,
+            seconds: None,
         }
     }
 }

@@ -16,7 +16,7 @@ mod water_tests;
 
 use super::at::At;
 use super::range::count;
-use super::{Image, SceneDescription, SceneError};
+use super::{Image, JobDefaults, SceneDescription, SceneError};
 use crate::limits;
 
 /// Check every range and every name.
@@ -24,7 +24,7 @@ pub(super) fn validate(scene: &SceneDescription) -> Result<(), SceneError> {
     let root = At::root();
     name(&root.field("name"), &scene.name)?;
     image(&root.field("image"), scene.image)?;
-    samples(&root.field("job"), scene.job.samples)?;
+    job(&root.field("job"), &scene.job)?;
     camera::camera(&root.field("camera"), &scene.camera)?;
     animation::animation(&root, scene)?;
     materials::materials(&root.field("materials"), scene)?;
@@ -73,6 +73,15 @@ fn image(at: &At<'_>, image: Image) -> Result<(), SceneError> {
             "{pixels} pixels: expected at most {}",
             limits::IMAGE_PIXELS_MAX
         )));
+    }
+    Ok(())
+}
+
+fn job(at: &At<'_>, job: &JobDefaults) -> Result<(), SceneError> {
+    samples(at, job.samples)?;
+    if let Some(seconds) = job.seconds {
+        let most = limits::STOP_SECONDS_MAX.into();
+        count(&at.field("seconds"), seconds.into(), 1, most)?;
     }
     Ok(())
 }

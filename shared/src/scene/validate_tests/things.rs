@@ -29,6 +29,18 @@ fn values_out_of_range_are_named() {
         ),
         ("/job/samples", json!(0), "job.samples", "2 to 16777216"),
         (
+            "/job/error",
+            json!(0),
+            "job.error",
+            "0: expected a relative mean squared error, 1e-9 to 10",
+        ),
+        (
+            "/job/seconds",
+            json!(0),
+            "job.seconds",
+            "0: expected 1 to 31622400",
+        ),
+        (
             "/camera/position_m/1",
             json!(1e10),
             "camera.position_m[1]",

@@ -1,0 +1,52 @@
+//! `POST /v1/jobs/{id}/samples`: add samples to a job.
+
+use super::extract::{JsonBody, Segment, job_id, no_job};
+use super::problem::ApiError;
+use super::view::job_view;
+use crate::app::{App, now_ms};
+use crate::farm::extended;
+use crate::store::Ended;
+use axum::Json;
+use axum::extract::State;
+use shearwater_shared::api::{AddSamples, JobView};
+use std::sync::Arc;
+
+/// Tries at an addition while others add to the same job.
+const TRIES_MAX: u32 = 4;
+
+/// Continue a job, finished or not, to more samples, a smaller error, or beyond
+/// its time. What is rendered stays.
+pub(crate) async fn add(
+    State(app): State<Arc<App>>,
+    Segment(id): Segment,
+    JsonBody(asked): JsonBody<AddSamples>,
+) -> Result<Json<JobView>, ApiError> {
+    let id = job_id(&id)?;
+    for _ in 0..TRIES_MAX {
+        let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
+        match &row.ended {
+            Ended::No => {}
+            Ended::Cancelled => return Err(ApiError::NotDone(id.0, "cancelled")),
+            Ended::Failed(..) => return Err(ApiError::NotDone(id.0, "given up")),
+        }
+        if let Some(first) = row
+            .build
+            .as_ref()
+            .filter(|first| **first != app.config.build)
+        {
+            return Err(ApiError::JobBuild {
+                job: id.0,
+                first: first.clone(),
+                build: app.config.build.clone(),
+            });
+        }
+        let new = extended(&row.settings, &asked).map_err(|e| ApiError::Invalid(e.to_string()))?;
+        if app.store.extend(&row, &new, now_ms()).await? {
+            tracing::info!(job = %id, samples = new.samples, "samples added");
+            app.work_came();
+            let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
+            return Ok(Json(job_view(&app, row).await?));
+        }
+    }
+    Err(ApiError::Busy)
+}
