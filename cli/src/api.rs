@@ -6,8 +6,7 @@ use reqwest::{RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
     AddSamples, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest,
-    MissingResponse, Problem,
-    SettingsOverride, SubmitRequest,
+    MissingResponse, Problem, SettingsOverride, SubmitRequest,
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;

@@ -33,7 +33,7 @@ pub(super) fn merged(
             cuts: Cuts::NONE,
         },
     };
-    let settings = cut_for_levels(settings)?;
+    let settings = cut_for_stops(settings)?;
     settings
         .validate()
         .map_err(|e| ApiError::Invalid(e.to_string()))?;
@@ -58,12 +58,18 @@ fn samples(given: &SettingsOverride, scene: &SceneDescription) -> u32 {
     given.samples.unwrap_or(default)
 }
 
-/// A job with an error target decides first at [`LEVEL_SAMPLES_MIN`] samples: a
-/// block ends there.
-fn cut_for_levels(settings: RenderSettings) -> Result<RenderSettings, ApiError> {
-    let mut settings = settings;
-    if settings.stop.error.is_some() && settings.samples > LEVEL_SAMPLES_MIN {
-        let cuts = settings.stop.cuts.with(LEVEL_SAMPLES_MIN / 2);
+/// Blocks of a job with a time stop begin this small, in samples of each half: every
+/// tile has its first block before any has its second, however short the time is.
+const FIRST_BLOCKS_TIMED: [u32; 3] = [8, 16, 32];
+
+/// Where blocks must end for the stop rules. A job with an error target decides
+/// first at [`LEVEL_SAMPLES_MIN`] samples.
+fn cut_for_stops(mut settings: RenderSettings) -> Result<RenderSettings, ApiError> {
+    let level = settings.stop.error.map(|_| LEVEL_SAMPLES_MIN / 2);
+    let timed = settings.stop.seconds.map(|_| FIRST_BLOCKS_TIMED);
+    let ends = level.into_iter().chain(timed.into_iter().flatten());
+    for end in ends.filter(|&end| end < settings.samples / 2) {
+        let cuts = settings.stop.cuts.with(end);
         settings.stop.cuts = cuts.map_err(|e| ApiError::Invalid(e.to_string()))?;
     }
     Ok(settings)

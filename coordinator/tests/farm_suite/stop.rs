@@ -327,7 +327,8 @@ async fn a_time_stop_ends_with_what_is_there_and_can_be_continued() {
         ..samples(512)
     };
     let job = submit(&farm, SCENE, timed).await;
-    assert_eq!(job.units_total, 16);
+    assert_eq!(job.settings.stop.cuts.ends(), [8, 16, 32]);
+    assert_eq!(job.units_total, 28);
     // Tiles grow together: three first blocks before any second one.
     let lease = farm.lease("w", 3e6).await.expect("work");
     assert!(lease.runs.len() >= 3, "{lease:?}");
@@ -361,7 +362,7 @@ async fn a_time_stop_ends_with_what_is_there_and_can_be_continued() {
     farm.deliver_run(&job, last.id, &last.runs[0], "w").await;
     let done = farm.wait(job.id, |job| job.done).await;
     assert_eq!(done.stopped_by, Some(StopCause::Seconds));
-    assert_eq!((done.samples_min, done.samples_max), (Some(128), Some(128)));
+    assert_eq!((done.samples_min, done.samples_max), (Some(16), Some(16)));
     assert_eq!((done.units_total, done.units_done), (4, 4));
 
     assert!(!add(&farm, &job, &to(512)).await.done);
@@ -369,7 +370,7 @@ async fn a_time_stop_ends_with_what_is_there_and_can_be_continued() {
     let done = farm.job(job.id).await;
     assert_eq!(
         (done.units_total, done.stopped_by),
-        (16, Some(StopCause::Samples))
+        (28, Some(StopCause::Samples))
     );
     let whole = RenderSettings {
         stop: shearwater_shared::stop::Stop::NONE,
