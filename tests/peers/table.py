@@ -35,12 +35,15 @@ def errors(picture, reference):
 
 def time_to(points, target):
     """Seconds where the error reaches `target`: a straight line in logarithms through
-    the two measured points about it, or the last two; None without two."""
+    the two measured points about it, the first two if it is reached at once. None if it
+    is not reached: the error of bright single pixels does not fall evenly."""
     points = sorted(p for p in points if p[0] > 0.0)
     if len(points) < 2:
         return None
     logs = np.log(np.array(points))
-    after = next((i for i in range(1, len(points)) if points[i][1] <= target), len(points) - 1)
+    after = next((i for i in range(1, len(points)) if points[i][1] <= target), None)
+    if after is None:
+        return None
     (t0, e0), (t1, e1) = logs[after - 1], logs[after]
     if e1 >= e0:
         return None
@@ -72,7 +75,7 @@ def measured(folder):
 
 
 def seconds(value):
-    return "-" if value is None else f"{value:.2f}"
+    return "not reached" if value is None else f"{value:.2f}"
 
 
 def main():
