@@ -17,19 +17,19 @@ static SECTION: Section = Section::new(
             name: "ten million equal samples",
             note: "Relative error of the sum. A running f32 sum of 0.1 would be 8.8 % too large; the step of 2^-24 itself \
                    gives 2.2e-7 for 0.1.",
-            broken_by: "the sum kept in f32",
+            broken_by: "values rounded to 2^-19",
             rows: equal_samples,
         },
         Case {
             name: "samples below a firefly of 1e6",
             note: "Each keeps its own value exactly; in f32 everything below 1/32 is lost.",
-            broken_by: "the sum kept in f32",
+            broken_by: "values rounded to 2^-19",
             rows: below_a_firefly,
         },
         Case {
             name: "orders of 16 parts",
             note: "Pixels of 4096 whose sum differs between one order and its reverse, or a rotation; f64 sums differ in 61 %.",
-            broken_by: "the film's sums kept in f64",
+            broken_by: "the film's sums kept in f32",
             rows: orders,
         },
         Case {
