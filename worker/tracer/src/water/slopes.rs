@@ -149,7 +149,9 @@ fn wrap(tile: f32, n: usize, first: f32) -> (usize, f32) {
     // Far away the fraction has no digits left; stay within i32.
     let t = if tile.abs() < 1e5 { tile } else { 0.0 };
     let scaled = t * n as f32 - first;
-    let whole = scaled as i32 - i32::from(scaled < 0.0);
+    // The floor, also of negative whole numbers: a tile further must be the same bits.
+    let whole = scaled as i32;
+    let whole = whole - i32::from(whole as f32 > scaled);
     let fraction = (scaled - whole as f32).clamp(0.0, 1.0);
     ((whole & (n as i32 - 1)) as usize, fraction)
 }

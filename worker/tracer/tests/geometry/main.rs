@@ -1,7 +1,9 @@
 //! Rays against geometry with known answers.
 
+mod blades;
 mod coverage;
 mod exact;
+mod joints;
 mod leave;
 mod motion;
 mod particles;

@@ -1,104 +1,11 @@
 //! Instances that move while the shutter is open.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
-use shearwater_tracer::geometry::{
-    Geometry, HitKind, Instance, Joint, Keyed, PIECES, Ray, TriMesh, Turn,
-};
+use glam::{DAffine3, DVec3, Vec3};
+use shearwater_tracer::geometry::{Geometry, HitKind, Instance, Joint, Ray, TriMesh, Turn};
 use shearwater_tracer::uses::{MOTION, SURROUNDINGS};
 
-use super::shapes::{Mesh, Random, ball, skew, soup};
-
-pub(crate) const SHUTTER_S: f32 = 0.25;
-
-fn axis(r: &mut Random) -> DVec3 {
-    r.direction().as_dvec3().normalize()
-}
-
-fn keyed(r: &mut Random, reach: f64, turn: f64) -> Joint {
-    let mut at = || r.cube().as_dvec3();
-    Joint::Keyed(Box::new(Keyed {
-        piece_s: f64::from(SHUTTER_S) / PIECES as f64,
-        offset_m: std::array::from_fn(|_| at() * reach),
-        turns: std::array::from_fn(|_| at() * turn),
-    }))
-}
-
-fn fixed(seed: u64) -> Joint {
-    let m = skew(seed);
-    Joint::Fixed(DAffine3 {
-        matrix3: DMat3::from_cols(
-            m.matrix3.x_axis.as_dvec3(),
-            m.matrix3.y_axis.as_dvec3(),
-            m.matrix3.z_axis.as_dvec3(),
-        ),
-        translation: m.translation.as_dvec3(),
-    })
-}
-
-/// Chains of every kind: slow and fast turns, slides, keys, and all of them.
-fn chain(seed: u64) -> Vec<Joint> {
-    let mut r = Random(seed + 900);
-    let turn = |r: &mut Random, most: f64| {
-        Joint::Turn(Turn {
-            axis: axis(r),
-            start: f64::from(r.unit()),
-            rate: most * (2.0 * f64::from(r.unit()) - 1.0) / f64::from(SHUTTER_S),
-        })
-    };
-    let slide = |r: &mut Random| Joint::Slide(r.cube().as_dvec3() * 8.0);
-    match seed % 6 {
-        0 => vec![fixed(seed), turn(&mut r, 0.24), fixed(seed + 1)],
-        1 => vec![fixed(seed), turn(&mut r, 3.0), fixed(seed + 1)],
-        2 => vec![slide(&mut r), fixed(seed)],
-        3 => vec![fixed(seed), keyed(&mut r, 1.0, 0.1), fixed(seed + 1)],
-        4 => vec![keyed(&mut r, 0.5, 1.0), fixed(seed)],
-        _ => vec![
-            slide(&mut r),
-            fixed(seed),
-            keyed(&mut r, 0.4, 0.05),
-            fixed(seed + 1),
-            turn(&mut r, 0.2),
-            fixed(seed + 2),
-            turn(&mut r, 5.0),
-            fixed(seed + 3),
-        ],
-    }
-}
-
-/// The product of a chain, by other formulas than the tracer's.
-fn product(joints: &[Joint], time_s: f64) -> DAffine3 {
-    let turned = |axis: DVec3, turns: f64| {
-        let (sin, cos) = (
-            libm::sin(turns * std::f64::consts::PI),
-            libm::cos(turns * std::f64::consts::PI),
-        );
-        let half = axis * sin;
-        DAffine3::from_quat(DQuat::from_xyzw(half.x, half.y, half.z, cos))
-    };
-    let one = |joint: &Joint| match joint {
-        Joint::Fixed(affine) => *affine,
-        Joint::Slide(velocity) => DAffine3::from_translation(*velocity * time_s),
-        Joint::Turn(turn) => turned(turn.axis, turn.start + turn.rate * time_s),
-        Joint::Keyed(keyed) => {
-            let k = ((time_s / keyed.piece_s) as usize).min(PIECES - 1);
-            let w = time_s / keyed.piece_s - k as f64;
-            let a = keyed.turns[k].lerp(keyed.turns[k + 1], w);
-            let offset = keyed.offset_m[k].lerp(keyed.offset_m[k + 1], w);
-            DAffine3::from_translation(offset)
-                * turned(DVec3::Y, a.y)
-                * turned(DVec3::X, a.x)
-                * turned(DVec3::Z, a.z)
-        }
-    };
-    joints
-        .iter()
-        .map(one)
-        .fold(DAffine3::IDENTITY, |a, b| a * b)
-}
-
-pub(crate) fn build(mesh: &Mesh) -> TriMesh {
-    TriMesh::build(&mesh.0, &mesh.1).unwrap()
-}
+use super::joints::{SHUTTER_S, build, chain, fixed, product};
+use super::shapes::{Random, ball, skew, soup};
 
 fn crowd() -> Geometry {
     let meshes = vec![build(&soup(600, 5)), build(&ball(8, Vec3::ZERO, 0.5))];
@@ -155,43 +62,6 @@ fn single_rays_packets_and_both_instruction_sets_give_the_same_bits() {
         }
     }
     assert!(triangles > 10_000, "{triangles}");
-}
-
-/// The tree with its swept boxes finds what a look at every instance by itself, which
-/// has no box above it, finds: bit for bit.
-#[test]
-fn no_swept_box_loses_a_hit() {
-    let meshes = || vec![build(&soup(300, 5)), build(&ball(6, Vec3::ZERO, 0.5))];
-    let instances: Vec<_> = (0..24)
-        .map(|i| Instance::moving(i % 2, chain(u64::from(i)), SHUTTER_S).unwrap())
-        .collect();
-    let all = Geometry::build(meshes(), instances.clone(), None, None).unwrap();
-    let each: Vec<_> = instances
-        .into_iter()
-        .map(|i| Geometry::build(meshes(), vec![i], None, None).unwrap())
-        .collect();
-    let mut r = Random(5);
-    let mut hits = 0;
-    for _ in 0..100_000 {
-        let ray = random_ray(&mut r);
-        let best = each
-            .iter()
-            .enumerate()
-            .filter_map(|(i, g)| g.intersect::<MOTION>(&ray, 0).map(|h| (h.t, i, h.kind)))
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let found = all.intersect::<MOTION>(&ray, 0);
-        assert_eq!(found.map(|h| h.t), best.map(|b| b.0), "{ray:?}");
-        if let (Some(hit), Some((_, index, kind))) = (found, best) {
-            hits += 1;
-            let (HitKind::Triangle { instance, prim, .. }, HitKind::Triangle { prim: alone, .. }) =
-                (hit.kind, kind)
-            else {
-                panic!("{hit:?} {kind:?}");
-            };
-            assert_eq!((instance as usize, prim), (index, alone));
-        }
-    }
-    assert!(hits > 15_000, "{hits}");
 }
 
 /// At every time the instance is where the hand-computed product says: the same

@@ -10,6 +10,18 @@ mod support;
 #[path = "../radiance/common.rs"]
 mod common;
 
+#[path = "../geometry/blades.rs"]
+mod blades;
+#[path = "../geometry/joints.rs"]
+#[allow(dead_code, reason = "other tests need the rest")]
+mod joints;
+#[path = "../geometry/shapes.rs"]
+#[allow(dead_code, reason = "other tests need the rest")]
+mod shapes;
+#[path = "../medium/common.rs"]
+#[allow(dead_code, reason = "other tests need the rest")]
+mod volumes;
+
 mod accumulation;
 mod albedos;
 mod bsdf_energy;
@@ -17,7 +29,13 @@ mod bsdf_numbers;
 mod bsdf_samplers;
 mod checks;
 mod document;
+mod geometry;
+mod layers;
 mod lights;
+mod media;
+mod motion;
 mod not_offered;
 mod table;
+mod water;
 mod water_furnace;
+mod worlds;

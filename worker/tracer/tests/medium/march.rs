@@ -12,49 +12,6 @@ fn marched(volume: &Volume, step_m: f32) -> Media {
     }])
 }
 
-// A density that jumps from 0 to 1 at `jump` of the way through, over a thousandth of
-// the way; optical depth 2 per way.
-fn jump_at(jump: f64) -> Volume {
-    let voxels = 2000;
-    let values = (0..voxels)
-        .map(|i| f32::from(u8::from((f64::from(i) + 0.5) / f64::from(voxels) > jump)))
-        .collect();
-    cube(UVec3::new(voxels, 1, 1), values, 1.0)
-}
-
-// n jittered steps see a jump at the share f of their step as 0 with chance f: the
-// mean of exp(-depth) exceeds the truth by (f + (1 - f) e^-a) e^(a (1 - f)), a = 2 / n.
-#[test]
-fn march_bias_at_a_jump() {
-    let ray = Ray::new(Vec3::new(-5.0, 0.0, 0.0), Vec3::X);
-    let mut table = "steps  bias of marching  closed form  bias of tracking\n".to_owned();
-    for n in [1_u32, 4, 8, 16, 64] {
-        let f = 0.37;
-        let jump = (f64::from(n / 3) + f) / f64::from(n);
-        let volume = jump_at(jump);
-        // A hair more than the n-th part, or roundings make one step more.
-        let media = marched(&volume, 2.0 / n as f32 * 1.000_001);
-        let truth = libm::exp(-depth(&volume, &ray, f32::INFINITY));
-        let (passed, error) = mean(200_000, |key| passes(&media, &ray, key));
-        let a = 2.0 / f64::from(n);
-        let expected = (f + (1.0 - f) * libm::exp(-a)) * libm::exp(a * (1.0 - f)) - 1.0;
-        let bias = passed / truth - 1.0;
-        let tracked = Media::new(vec![volume]);
-        let (tracked, noise) = mean(200_000, |key| passes(&tracked, &ray, key));
-        table += &format!(
-            "{n:>5}  {:>+15.3} %  {:>+9.3} %  {:>+13.3} +- {:.3} %\n",
-            bias * 100.0,
-            expected * 100.0,
-            (tracked / truth - 1.0) * 100.0,
-            noise / truth * 100.0
-        );
-        let slack = 5.0 * error / truth + 1e-3;
-        assert!((bias - expected).abs() < slack, "{n}: {bias}, {expected}");
-        assert!((tracked / truth - 1.0).abs() < 5.0 * noise / truth + 1e-5);
-    }
-    println!("{table}");
-}
-
 // Through lumps the bias is upwards and falls with the square of the step; paths
 // (which invert the depth) have the same one as shadow rays.
 #[test]

@@ -114,43 +114,6 @@ fn no_shutter_no_motion_bit_for_bit() {
 }
 
 #[test]
-fn an_open_shutter_is_the_mean_of_many_moments() {
-    let (shutter_s, moments) = (0.2, 64);
-    // Away from frame 0, so that the frame's own time counts.
-    let start_s = 0.1;
-    let camera = json!({"velocity_mps": [0, 2, 1], "path": [{"time_s": 0.05}, {"time_s": 0.35, "target_offset_m": [1, 0, 0]}]});
-    let with = |key: &str, value: f64| {
-        let mut camera = camera.clone();
-        camera[key] = json!(value);
-        camera
-    };
-    let animation = json!({"fps": 5, "frames": 1, "start_s": start_s});
-    let open = description(&moving_cards(), &with("shutter_s", shutter_s), &animation);
-    let blurred = picture(&frame(&stage(&open), 0), 2048);
-    // Moments in the middle of even parts of the shutter.
-    let fps = f64::from(moments) / shutter_s;
-    let animation = json!({"fps": fps, "frames": moments, "start_s": start_s + 0.5 / fps});
-    let moment = stage(&description(
-        &moving_cards(),
-        &with("shutter_s", 0.0),
-        &animation,
-    ));
-    let mut mean = vec![0.0; RECT.pixels()];
-    for f in 0..moments {
-        for (sum, value) in mean.iter_mut().zip(picture(&frame(&moment, f), 64)) {
-            *sum += value / f64::from(moments);
-        }
-    }
-    let off: f64 =
-        blurred.iter().zip(&mean).map(|(a, b)| a - b).sum::<f64>() / RECT.pixels() as f64;
-    assert!(off.abs() < 1.5e-3, "{off}");
-    let largest = largest_difference(&blurred, &mean);
-    assert!(largest < 0.03, "{largest}");
-    let grey = blurred.iter().filter(|v| (0.1..0.9).contains(*v)).count();
-    assert!(grey > 30, "only {grey} pixels are blurred");
-}
-
-#[test]
 fn a_camera_that_flies_along_sees_its_company_still() {
     let velocity = json!([30, -12, 5]);
     let cards = |velocity: &Value| {

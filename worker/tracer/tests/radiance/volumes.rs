@@ -60,17 +60,6 @@ fn a_white_volume_in_a_white_furnace_is_invisible() {
     assert!(mean < 0.9, "{mean}");
 }
 
-// The same a hundred free paths thick, seen from inside: thousands of scatterings,
-// none of which may be cut off.
-#[test]
-fn light_finds_its_way_out_of_a_thick_white_cloud() {
-    let ball = ellipsoid([0.0; 3], [1.0; 3], "", r#""sigma_t_per_m":50"#);
-    let body = format!(r#""clouds":[{ball}],{WHITE_SKY}"#);
-    let scene = seen(&body, [0.0, 0.0, 0.2], [0.0; 3], 30.0);
-    assert_mean("from inside", &scene, 32, 1.0);
-    assert_eq!(sums(&scene, 0..32).depth_cap_hits, 0);
-}
-
 // A black volume over a floor, away from the sun's way to it: T times the floor.
 #[test]
 fn what_is_behind_a_volume_shines_through() {

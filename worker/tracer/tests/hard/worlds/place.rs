@@ -10,6 +10,9 @@ use std::sync::Arc;
 /// Kinds of water in [`scene`].
 pub(crate) const WATERS: [&str; 4] = ["none", "tessendorf", "gerstner", "flat"];
 
+/// How far [`moved`] worlds are: 2,000 tiles of the sea, 10,000 of its texture, whole waves.
+pub(crate) const FAR_M: [f64; 3] = [1e5, 1e4, -1e5];
+
 /// Where the vertices of the far meshes lie, metres.
 const FAR_VERTICES_M: [f64; 3] = [1e5, -2e4, 1e5];
 

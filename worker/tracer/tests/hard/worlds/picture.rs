@@ -1,6 +1,6 @@
 //! Pictures and how far apart they are.
 
-use crate::place;
+use super::place;
 use shearwater_shared::film::TileFilm;
 use shearwater_shared::job::RenderSettings;
 use shearwater_shared::plan::TileRect;
@@ -31,11 +31,6 @@ impl Picture {
         let [a, b] = &self.halves;
         let sum: f64 = a.iter().zip(b).map(|(a, b)| (a - b) * (a - b) / 4.0).sum();
         sum / a.len() as f64
-    }
-
-    /// Standard error of the mean; the three channels of a pixel go together.
-    pub(crate) fn error_of_mean(&self) -> f64 {
-        (self.noise() * 3.0 / self.halves[0].len() as f64).sqrt()
     }
 }
 
