@@ -40,7 +40,7 @@ static SECTION: Section = Section::new(
         Case {
             name: "meshes 100 km from their own origin",
             note: "Vertices about (1e5, -2e4, 1e5) m, as maps have them, in instances that bring them back. The file's numbers are read \
-                   in 32 bits, which have steps of 8 mm there: that is what remains.",
+                   in 32 bits, which have steps of 8 mm there: corners stand that far off, which is 0.03 of the noise of 512 samples.",
             broken_by: "placements joined in 32 bits",
             rows: vertices,
         },
@@ -126,7 +126,8 @@ fn sizes(form: Form) -> Vec<Row> {
 
 fn vertices(form: Form) -> Vec<Row> {
     let other = with_far_vertices(&scene("none"));
-    against("vertices", &original("none", form), &other, form, true).to_vec()
+    let [_, other_seed] = against("vertices", &original("none", form), &other, form, true);
+    vec![other_seed]
 }
 
 fn shifted(form: Form) -> Vec<Row> {
