@@ -120,7 +120,7 @@ fn slab(form: Form) -> Vec<Row> {
     let media = only(slab);
     let ray = Ray::new(Vec3::new(100.0, -20.0, 7.0), Vec3::NEG_Z);
     let row = |(what, to_light, exact): (&str, Vec3, f64)| {
-        let (found, error) = mean(form.pick(200_000, 8_000_000), |key| {
+        let (found, error) = mean(form.pick(200_000, 1_000_000), |key| {
             let met = media.collide(&ray, f32::INFINITY, key).expect("few steps");
             met.map_or(0.0, |c| {
                 let shadow = Ray::new(ray.at(c.t), to_light);
@@ -166,7 +166,7 @@ fn furnace(form: Form) -> Vec<Row> {
     vec![Row::near(
         "",
         1.0,
-        mean_and_error(&scene, form.pick(32, 1024)).0,
+        mean_and_error(&scene, form.pick(32, 256)).0,
         1e-5,
     )]
 }
@@ -176,14 +176,14 @@ fn thick(form: Form) -> Vec<Row> {
         &white([1.0; 3], "", r#""sigma_t_per_m":50"#),
         [0.0, 0.0, 0.2],
     );
-    let (found, error) = mean_and_error(&scene, form.pick(16, 256));
+    let (found, error) = mean_and_error(&scene, form.pick(16, 128));
     vec![Row::sampled("", 1.0, found, 5.0, error, 1e-4)]
 }
 
 fn lumps(form: Form) -> Vec<Row> {
     let volume = lumpy(20.0, 3);
     let media = only(volume.clone());
-    let keys = form.pick(4_000, 100_000);
+    let keys = form.pick(4_000, 40_000);
     let (mut paths, mut shadows, mut exact) = ((0.0, 0.0), (0.0, 0.0), 0.0);
     for ray in rays(40) {
         exact += libm::exp(-depth(&volume, &ray, f32::INFINITY)) / 40.0;
@@ -254,7 +254,7 @@ fn marching(form: Form) -> Vec<Row> {
             method: Method::March { step_m },
             ..volume
         });
-        let (passed, error) = mean(form.pick(100_000, 4_000_000), |key| {
+        let (passed, error) = mean(form.pick(100_000, 1_000_000), |key| {
             passes(&marched, &across(), key)
         });
         let a = 2.0 / f64::from(n);
@@ -276,7 +276,7 @@ fn tracking(form: Form) -> Vec<Row> {
     let row = |n: u32| {
         let (volume, exact) = jump(n);
         let media = only(volume);
-        let (passed, error) = mean(form.pick(100_000, 4_000_000), |key| {
+        let (passed, error) = mean(form.pick(100_000, 1_000_000), |key| {
             passes(&media, &across(), key)
         });
         Row::sampled(
