@@ -22,7 +22,7 @@ pub struct Sampling {
     /// Sample a sky map in proportion to what lies above its mean only, and leave
     /// the rest to the surfaces' own directions (Karlik et al. 2019, "MIS
     /// Compensation").
-    #[serde(default)]
+    #[serde(default = "map_compensation")]
     pub map_compensation: bool,
     /// When the sky is sampled beside the surfaces' own directions.
     #[serde(default)]
@@ -67,10 +67,12 @@ pub enum Mis {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SkySampling {
-    /// An uneven sky, from surfaces that are diffuse or rough.
+    /// An uneven sky, from everything but perfect mirrors.
     #[default]
     Auto,
-    /// Any sky, from surfaces that are diffuse or rough.
+    /// An uneven sky, from what is diffuse or rough.
+    Rough,
+    /// Any sky, from what is diffuse or rough.
     AnySky,
     /// Any sky, from everything but perfect mirrors.
     Always,
@@ -117,7 +119,7 @@ impl Default for Sampling {
             sampler: Sampler::default(),
             sobol_scatterings: sobol_scatterings(),
             mis: Mis::default(),
-            map_compensation: false,
+            map_compensation: map_compensation(),
             sky_sampling: SkySampling::default(),
             faint_share: faint_share(),
             roulette: Roulette::default(),
@@ -140,13 +142,17 @@ const fn sobol_scatterings() -> u32 {
     3
 }
 
+const fn map_compensation() -> bool {
+    true
+}
+
 // Most faint samples are the far tail of a shiny lobe.
 const fn faint_share() -> f32 {
     0.05
 }
 
 const fn roulette_from() -> u32 {
-    1
+    3
 }
 
 // So that no survivor's weight explodes.

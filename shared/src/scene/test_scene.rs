@@ -42,9 +42,9 @@ pub(super) fn full() -> Value {
                 "albedo": [1, 0.9, 0.8], "g": -0.3, "method": {"type": "march", "step_m": 0.1}},
             {"shape": {"size_m": [1, 2, 3], "type": "grid", "centre_m": [0, 9, 0], "rotate_y_deg": 20,
                 "file": "cloud.vol"}, "sigma_t_per_m": 0.5, "type": "volume", "method": {"type": "tracking"}}],
-        "sampling": {"sampler": "independent", "sobol_scatterings": 4, "mis": "balance", "map_compensation": true,
+        "sampling": {"sampler": "independent", "sobol_scatterings": 4, "mis": "balance", "map_compensation": false,
             "sky_sampling": "any_sky", "faint_share": 0.1,
-            "roulette": {"rule": "albedo", "from": 3, "survival_min": 0.1}},
+            "roulette": {"rule": "albedo", "from": 2, "survival_min": 0.1}},
         "post": {"exposure_ev": 1, "bloom": {"strength": 0.2, "radius": 0.05}, "view": "standard"}
     })
 }

@@ -42,7 +42,10 @@ impl Strategy {
                 Sampler::Independent => Pattern::independent(),
             },
             mis: sampling.mis,
-            sky_from_everywhere: sampling.sky_sampling == SkySampling::Always,
+            sky_from_everywhere: matches!(
+                sampling.sky_sampling,
+                SkySampling::Auto | SkySampling::Always
+            ),
             roulette: Roulette::new(&sampling.roulette),
         }
     }

@@ -62,8 +62,8 @@ fn every_choice_is_read_and_none_is_the_default() {
     assert_eq!(full.mis, Mis::Balance);
     assert_eq!(full.sky_sampling, SkySampling::AnySky);
     assert_eq!(full.roulette.rule, RouletteRule::Albedo);
-    assert_eq!((full.sobol_scatterings, full.roulette.from), (4, 3));
-    assert!(full.map_compensation);
+    assert_eq!((full.sobol_scatterings, full.roulette.from), (4, 2));
+    assert!(!full.map_compensation);
     assert_eq!(read(&with("/sampling", json!(null))), Sampling::default());
     assert_eq!(read(&with("/sampling", json!({}))), Sampling::default());
 }

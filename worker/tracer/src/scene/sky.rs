@@ -60,7 +60,7 @@ pub(super) fn build_sky(
 fn map_tables(sampling: &Sampling) -> MapTables {
     MapTables {
         any_contrast: match sampling.sky_sampling {
-            SkySampling::Auto | SkySampling::Never => false,
+            SkySampling::Auto | SkySampling::Rough | SkySampling::Never => false,
             SkySampling::AnySky | SkySampling::Always => true,
         },
         compensated: sampling.map_compensation,
@@ -74,7 +74,7 @@ pub(super) fn is_sampled(sky: &SkyLight, sampling: &Sampling) -> bool {
     }
     match sampling.sky_sampling {
         SkySampling::Never => false,
-        SkySampling::Auto => sky.is_sampled(),
+        SkySampling::Auto | SkySampling::Rough => sky.is_sampled(),
         // Nothing of an even sky lies above its mean.
         SkySampling::AnySky | SkySampling::Always => match sky {
             SkyLight::Constant(_) => !sampling.map_compensation,

@@ -359,9 +359,11 @@ fn absent(_: Form) -> Vec<Row> {
 
 /// Single samples of a pixel's path into the bowl.
 fn bowl_samples(rho: f64, samples: u32) -> Moments {
+    // Roulette from the second scattering on: the variance is that of this rule.
     let body = format!(
         r#""materials":{{"m":{{"type":"lambert","albedo":[{rho},{rho},{rho}]}}}},
-        "instances":[{{"mesh":"bowl","material":"m"}}],{WHITE_SKY}"#
+        "instances":[{{"mesh":"bowl","material":"m"}}],{WHITE_SKY},
+        "sampling":{{"roulette":{{"from":1}}}}"#
     );
     let eye = [0.0, 0.5, 0.01];
     let scene = scene(

@@ -13,11 +13,12 @@ fn variants() -> Vec<Value> {
         json!({"mis": "balance"}),
         json!({"mis": "lights_only"}),
         json!({"mis": "scattering_only"}),
-        json!({"map_compensation": true}),
-        json!({"map_compensation": true, "mis": "balance"}),
-        json!({"map_compensation": true, "mis": "lights_only"}),
+        json!({"map_compensation": false}),
+        json!({"map_compensation": false, "mis": "balance"}),
+        json!({"map_compensation": false, "mis": "lights_only"}),
+        json!({"sky_sampling": "rough"}),
         json!({"sky_sampling": "any_sky"}),
-        json!({"sky_sampling": "always", "map_compensation": true}),
+        json!({"sky_sampling": "always", "map_compensation": false}),
         json!({"sky_sampling": "always"}),
         json!({"sky_sampling": "always", "mis": "lights_only"}),
         json!({"sky_sampling": "never"}),
@@ -25,7 +26,7 @@ fn variants() -> Vec<Value> {
         json!({"faint_share": 1}),
         json!({"roulette": {"rule": "none"}}),
         json!({"roulette": {"rule": "albedo", "from": 0}}),
-        json!({"roulette": {"rule": "throughput_root", "from": 3}}),
+        json!({"roulette": {"rule": "throughput_root", "from": 1}}),
         json!({"roulette": {"from": 0, "survival_min": 0.5}}),
     ]
 }
@@ -55,7 +56,7 @@ fn agree(what: &str, fields: &Value, samples: u32) {
             "{what}, {sampling}: {mean} +- {error}, expected {expected} +- {expected_error}"
         );
         assert!(
-            both < 0.03 * expected,
+            both < 0.04 * expected,
             "{what}, {sampling}: too noisy to tell, {both} of {expected}"
         );
     }
