@@ -49,12 +49,12 @@ pub(crate) async fn list(
     let token = rows.last().filter(|_| more);
     Ok(Json(ErrorPage {
         next_page_token: token.map(|row| row.samples.to_string()),
-        points: rows.into_iter().map(|row| point(&job, row)).collect(),
+        points: rows.iter().map(|row| point(&job, row)).collect(),
     }))
 }
 
 /// A row as the API shows it.
-pub(super) fn point(job: &JobRow, row: ErrorRow) -> ErrorPoint {
+pub(super) fn point(job: &JobRow, row: &ErrorRow) -> ErrorPoint {
     let since_ms = job.first_lease_ms.unwrap_or(row.at_ms);
     ErrorPoint {
         frame: job.settings.absolute_frame(row.frame),

@@ -15,7 +15,7 @@ use shearwater_shared::limits::FILM_HASHES_MAX;
 pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError> {
     let error = error(app, &row).await?;
     let newest = app.store.newest_error(row.id).await?;
-    let newest_error = newest.map(|newest| point(&row, newest));
+    let newest_error = newest.map(|newest| point(&row, &newest));
     let unfinished = row.frames_done == 0;
     let note = note(&row, &app.config.build);
     let mut view = progress(row, now_ms());

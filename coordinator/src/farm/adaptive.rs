@@ -175,7 +175,8 @@ mod tests {
                 if at % 16 < 6 {
                     1e-3
                 } else {
-                    f64::from(at % 7 + 1).powi(3)
+                    let rough = f64::from(at % 7 + 1);
+                    rough * rough * rough
                 }
             })
             .collect();

@@ -28,7 +28,7 @@ pub fn frames_out_of_time(from_ms: i64, seconds: u32, frames: u32, now_ms: i64) 
 
 /// How long a lease of a job with a time stop should take at most: half of what is
 /// left to its next deadline, so that little comes after it, and at least
-/// [`LEASE_MS_MIN`].
+/// `LEASE_MS_MIN`.
 #[must_use]
 pub fn lease_target_ms(target_ms: u64, deadline_ms: i64, now_ms: i64) -> u64 {
     let left = u64::try_from(deadline_ms.saturating_sub(now_ms)).unwrap_or(0);

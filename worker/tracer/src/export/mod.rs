@@ -241,7 +241,7 @@ mod tests {
     use super::*;
     use serde_json::json;
 
-    fn description(extra: serde_json::Value) -> SceneDescription {
+    fn description(extra: &serde_json::Value) -> SceneDescription {
         let mut scene = json!({
             "version": 1, "name": "t", "image": {"width": 8, "height": 4},
             "camera": {"position_m": [1e4, 2, 0], "target_m": [1e4, 2, -9], "up": [0, 1, 0],
@@ -265,7 +265,7 @@ mod tests {
 
     #[test]
     fn a_mesh_comes_where_its_instance_stands() {
-        let exported = export(&description(json!({})), &assets(), 0).expect("exported");
+        let exported = export(&description(&json!({})), &assets(), 0).expect("exported");
         let [mesh] = &exported.meshes[..] else {
             panic!("one mesh");
         };
@@ -292,7 +292,7 @@ mod tests {
             "count": 20, "particle_radius_m": [1, 2], "stretch_x": [2, 2], "opacity": [0.5, 0.5],
             "albedo": [0.9, 0.8, 0.7], "seed": 1
         }]});
-        let exported = export(&description(cloud), &assets(), 0).expect("exported");
+        let exported = export(&description(&cloud), &assets(), 0).expect("exported");
         assert_eq!(exported.particles.len(), 20);
         for p in &exported.particles {
             let centre = DVec3::from_array(p.centre_m) - DVec3::new(1e4, 50.0, -100.0);
@@ -311,7 +311,7 @@ mod tests {
         let dome = json!({"sky": {"type": "dome", "file": "s.exr", "centre_m": [0, 0, 0],
                                   "radius_m": 1e5}});
         for (extra, place) in [(sprites, "clouds[0]"), (dome, "sky")] {
-            let error = export(&description(extra), &assets(), 0).expect_err("refused");
+            let error = export(&description(&extra), &assets(), 0).expect_err("refused");
             assert!(error.to_string().contains(place), "{error}");
         }
     }

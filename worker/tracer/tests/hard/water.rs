@@ -146,7 +146,7 @@ fn mean_square(field: &[f32]) -> f64 {
 fn absent(_: Form) -> Vec<Row> {
     let field = Spectrum::new(&sea()).at(3.0);
     let waves = transform(&field.height, field.n);
-    let total: f64 = waves.iter().map(|h| h.norm_sqr()).sum();
+    let total: f64 = waves.iter().map(Complex::norm_sqr).sum();
     let half = field.n / 2;
     let unpaired = |i: usize| i % field.n == half || i / field.n == half;
     let nyquist: f64 = (0..waves.len())
