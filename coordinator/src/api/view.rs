@@ -189,7 +189,7 @@ mod tests {
         // A quarter of the error takes four times the samples: three times what is done.
         assert_eq!(target_s(&view()), Some(3.0 * 64.0));
         let mut late = view();
-        late.remaining_s = Some(100.0);
+        late.settings.samples = 164;
         assert_eq!(target_s(&late), Some(100.0), "its samples end first");
         let mut there = view();
         if let Some(detail) = there.error.as_mut().and_then(|e| e.detail.as_mut()) {
