@@ -55,7 +55,8 @@ impl Leaning {
 
     /// [`Bsdf::eval_pdf`] of light from the unit world direction `wi`. Zero from
     /// below the surface, however the shading normal leans: no leaks.
-    #[inline]
+    // Always: as a call it would cost surfaces that do not fold a copy of `self`.
+    #[inline(always)]
     #[must_use]
     pub fn eval_pdf(&self, bsdf: &Bsdf, tables: &Tables, wi: Vec3) -> (Vec3, f32) {
         if wi.dot(self.geometric) <= 0.0 {
@@ -75,7 +76,7 @@ impl Leaning {
 
     /// [`Bsdf::sample`], consistent with [`Self::eval_pdf`]: `wi` of the sample is
     /// a world direction above the surface.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn sample(&self, bsdf: &Bsdf, tables: &Tables, u: [f32; 3]) -> Option<BsdfSample> {
         let sample = bsdf.sample(tables, self.wo_local, u)?;
