@@ -4,7 +4,7 @@ use glam::Vec3;
 use shearwater_tracer::geometry::{Ellipsoid, Geometry, Instance, Particles, Ray, TriMesh};
 use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
-use super::shapes::{Mesh, Random, alone, skew};
+use super::shapes::{Random, alone, octahedron, skew};
 
 /// Rays from outside onto a convex body, then on from the hit into the outer half
 /// space: none may hit. Counts those that do.
@@ -40,30 +40,6 @@ fn self_hits(scene: &Geometry, centre: Vec3, size: f32, count: usize) -> (usize,
         bad += usize::from(scene.intersect::<PARTICLES>(&leaving, 0).is_some());
     }
     (bad, tried)
-}
-
-/// A convex body of few large faces: an octahedron.
-fn octahedron(centre: Vec3, size: f32) -> Mesh {
-    let p = [
-        Vec3::X,
-        Vec3::Y,
-        Vec3::Z,
-        Vec3::NEG_X,
-        Vec3::NEG_Y,
-        Vec3::NEG_Z,
-    ]
-    .map(|v| centre + v * size);
-    let t = vec![
-        [0, 1, 2],
-        [1, 3, 2],
-        [3, 4, 2],
-        [4, 0, 2],
-        [1, 0, 5],
-        [3, 1, 5],
-        [4, 3, 5],
-        [0, 4, 5],
-    ];
-    (p.to_vec(), t)
 }
 
 #[test]

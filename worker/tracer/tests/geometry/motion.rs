@@ -5,7 +5,7 @@ use shearwater_tracer::geometry::{Geometry, HitKind, Instance, Joint, Ray, TriMe
 use shearwater_tracer::uses::{MOTION, SURROUNDINGS};
 
 use super::joints::{SHUTTER_S, build, chain, fixed, product};
-use super::shapes::{Random, ball, skew, soup};
+use super::shapes::{Random, ball, octahedron, skew, soup};
 
 fn crowd() -> Geometry {
     let meshes = vec![build(&soup(600, 5)), build(&ball(8, Vec3::ZERO, 0.5))];
@@ -136,24 +136,7 @@ fn what_does_not_move_is_placed_as_ever() {
 /// Turning bodies far from the origin, hit and left again: none is met twice.
 #[test]
 fn rays_leave_turning_bodies() {
-    let positions = [
-        Vec3::X,
-        Vec3::Y,
-        Vec3::Z,
-        Vec3::NEG_X,
-        Vec3::NEG_Y,
-        Vec3::NEG_Z,
-    ];
-    let triangles = [
-        [0, 1, 2],
-        [1, 3, 2],
-        [3, 4, 2],
-        [4, 0, 2],
-        [1, 0, 5],
-        [3, 1, 5],
-        [4, 3, 5],
-        [0, 4, 5],
-    ];
+    let (positions, triangles) = octahedron(Vec3::ZERO, 1.0);
     let (mut tried, mut bad) = (0, 0);
     for (seed, far) in [
         (0, 0.0),

@@ -78,6 +78,30 @@ pub(crate) fn ball(n: u32, centre: Vec3, radius: f32) -> Mesh {
     (positions, triangles)
 }
 
+/// A convex body of few large faces: an octahedron.
+pub(crate) fn octahedron(centre: Vec3, size: f32) -> Mesh {
+    let p = [
+        Vec3::X,
+        Vec3::Y,
+        Vec3::Z,
+        Vec3::NEG_X,
+        Vec3::NEG_Y,
+        Vec3::NEG_Z,
+    ]
+    .map(|v| centre + v * size);
+    let t = vec![
+        [0, 1, 2],
+        [1, 3, 2],
+        [3, 4, 2],
+        [4, 0, 2],
+        [1, 0, 5],
+        [3, 1, 5],
+        [4, 3, 5],
+        [0, 4, 5],
+    ];
+    (p.to_vec(), t)
+}
+
 /// Triangles anywhere in the unit cube, of many sizes and shapes.
 pub(crate) fn soup(count: usize, seed: u64) -> Mesh {
     let mut r = Random(seed);

@@ -1,6 +1,6 @@
 //! Rays that are aimed where traversals go wrong.
 
-use crate::shapes::{Mesh, Random, alone, ball, soup};
+use crate::shapes::{Mesh, Random, alone, ball, octahedron, soup};
 use crate::table::{Case, Form, Row, Section};
 use glam::{Affine3A, DVec3, Vec3};
 use shearwater_tracer::geometry::{
@@ -156,29 +156,6 @@ fn sizes(form: Form) -> Vec<Row> {
         ));
     }
     rows
-}
-
-/// A convex body of few large faces.
-fn octahedron(centre: Vec3, size: f32) -> Mesh {
-    let axes = [
-        Vec3::X,
-        Vec3::Y,
-        Vec3::Z,
-        Vec3::NEG_X,
-        Vec3::NEG_Y,
-        Vec3::NEG_Z,
-    ];
-    let faces = [
-        [0, 1, 2],
-        [1, 3, 2],
-        [3, 4, 2],
-        [4, 0, 2],
-        [1, 0, 5],
-        [3, 1, 5],
-        [4, 3, 5],
-        [0, 4, 5],
-    ];
-    (axes.map(|v| centre + v * size).to_vec(), faces.to_vec())
 }
 
 // Onto the body from outside, then on from the hit into the outer half space, which
