@@ -5,6 +5,7 @@ use crate::output;
 use clap::Args;
 use serde_json::json;
 use shearwater_report::compare::{Comparison, DifferencePictures, compare};
+use shearwater_report::groups::{Group, groups, own_rel_mse};
 use shearwater_report::picture::{Picture, Range};
 use std::path::{Path, PathBuf};
 
@@ -14,6 +15,8 @@ use std::path::{Path, PathBuf};
 /// screen shows, without relative errors and FLIP-HDR. PSNR and FLIP-LDR take linear
 /// light clamped to 0..1 (sRGB), without any tone curve; FLIP-HDR chooses its exposures
 /// by the reference and uses the ACES curve. Exit code 6 says that a limit is exceeded.
+/// A picture whose pixels have different numbers of samples (channel `sampleCount`) gets a row
+/// for each number, with the mean difference and its z: is what ended early right on average?
 ///
 /// Example: shearwater compare out/small.exr reference.exr --max-relmse 0.01 -o out
 #[derive(Args, Debug)]
@@ -57,10 +60,16 @@ pub(crate) fn run(args: &Compare, json: bool) -> Result<(), CliError> {
         None => Vec::new(),
     };
     let exceeded = exceeded(args, &found);
+    let own = own_rel_mse(&reference);
+    let groups = groups(&picture, &reference);
     if json {
-        print_json(&found, reference.range, &files, &exceeded);
+        let samples = json!({ "reference_rel_mse": own, "groups": groups });
+        print_json(&found, reference.range, samples, &files, &exceeded);
     } else {
-        output::line(text(&found, reference.range));
+        output::line(text(&found, reference.range, own));
+        if !groups.is_empty() {
+            output::line(groups_text(&groups));
+        }
         for file in &files {
             output::line(file.display());
         }
@@ -104,9 +113,18 @@ fn write(folder: &Path, pictures: &DifferencePictures) -> Result<Vec<PathBuf>, C
     Ok(files)
 }
 
-fn print_json(found: &Comparison, range: Range, files: &[PathBuf], exceeded: &[String]) {
+fn print_json(
+    found: &Comparison,
+    range: Range,
+    samples: serde_json::Value,
+    files: &[PathBuf],
+    exceeded: &[String],
+) {
     let mut value = serde_json::to_value(found).unwrap_or_else(|e| json!({"error": e.to_string()}));
     if let Some(fields) = value.as_object_mut() {
+        if let serde_json::Value::Object(samples) = samples {
+            fields.extend(samples);
+        }
         if range == Range::Display {
             fields.insert("rel_mse".to_owned(), json!(null));
         }
@@ -116,14 +134,17 @@ fn print_json(found: &Comparison, range: Range, files: &[PathBuf], exceeded: &[S
     output::object(&value);
 }
 
-fn text(found: &Comparison, range: Range) -> String {
+fn text(found: &Comparison, range: Range, own: Option<f64>) -> String {
     let m = &found.metrics;
     let mut rows = vec![
         ("size", format!("{}x{}", found.width, found.height)),
         ("MSE", format!("{:.6e}", m.mse)),
     ];
     if range == Range::Linear {
-        rows.push(("relMSE", format!("{:.6e}", m.rel_mse)));
+        let own = own.map_or_else(String::new, |own| {
+            format!(" (of it {own:.2e} the reference's own noise)")
+        });
+        rows.push(("relMSE", format!("{:.6e}{own}", m.rel_mse)));
     }
     let psnr = found.psnr_db.map_or_else(
         || "equal as a screen shows them".to_owned(),
@@ -153,4 +174,56 @@ fn text(found: &Comparison, range: Range) -> String {
         ),
     ));
     output::table(&rows)
+}
+
+/// One row for each number of samples.
+fn groups_text(groups: &[Group]) -> String {
+    let mut rows = vec![
+        [
+            "samples",
+            "pixels",
+            "tiles",
+            "mean difference (95 %)",
+            "z",
+            "relative (95 %)",
+            "z",
+            "MSE",
+            "relMSE",
+            "the reference's",
+        ]
+        .map(str::to_owned),
+    ];
+    for group in groups {
+        let samples = match (group.samples_min, group.samples_max) {
+            (least, most) if least == most => least.to_string(),
+            (least, most) => format!("{least}-{most}"),
+        };
+        let (mean, relative) = (&group.difference, &group.relative_difference);
+        rows.push([
+            samples,
+            group.pixels.to_string(),
+            group.tiles.to_string(),
+            format!("{:+.3e} +- {:.1e}", mean.mean, mean.interval_95),
+            format!("{:+.2}", mean.z),
+            format!("{:+.3e} +- {:.1e}", relative.mean, relative.interval_95),
+            format!("{:+.2}", relative.z),
+            format!("{:.3e}", group.mse),
+            format!("{:.3e}", group.rel_mse),
+            group
+                .reference_rel_mse
+                .map_or_else(|| "-".to_owned(), |own| format!("{own:.2e}")),
+        ]);
+    }
+    let width = |column: usize| rows.iter().map(|row| row[column].len()).max().unwrap_or(0);
+    let widths: [usize; 10] = std::array::from_fn(width);
+    rows.iter()
+        .map(|row| {
+            let cells = row
+                .iter()
+                .zip(widths)
+                .map(|(cell, w)| format!("{cell:>w$}"));
+            cells.collect::<Vec<_>>().join("  ")
+        })
+        .collect::<Vec<_>>()
+        .join("\n")
 }

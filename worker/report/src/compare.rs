@@ -140,6 +140,7 @@ fn absolute(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::picture::Planes;
 
     fn picture(range: Range, value: f32) -> Picture {
         Picture {
@@ -147,6 +148,7 @@ mod tests {
             height: 4,
             rgb: vec![[value; 3]; 32],
             range,
+            planes: Planes::default(),
         }
     }
 

@@ -8,10 +8,12 @@
 pub mod compare;
 mod develop;
 pub mod flip;
+pub mod groups;
 mod heat;
 pub mod measure;
 pub mod metrics;
 pub mod output;
 pub mod picture;
+mod student;
 pub mod study;
 pub mod variants;

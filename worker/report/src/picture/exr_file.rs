@@ -1,6 +1,6 @@
 //! EXR pictures, ours and those of other programs.
 
-use super::{Picture, PictureError, Range, check_size};
+use super::{Picture, PictureError, Planes, Range, check_size};
 use exr::image::read::read;
 use exr::prelude::{
     AnyChannels, FlatImage, FlatSamples, Layer, MetaData, ReadChannels, ReadLayers, Vec2,
@@ -28,6 +28,7 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<Picture, PictureError> 
         return Err(PictureError::content(file, message));
     };
     let (width, height) = (layer.size.width(), layer.size.height());
+    let beside = beside(layer);
     let list = &layer.channel_data.list;
     let planes = planes.map(|index| &list[index]);
     if planes.iter().any(|plane| plane.sampling != Vec2(1, 1)) {
@@ -43,7 +44,37 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<Picture, PictureError> 
         height,
         rgb,
         range: Range::Linear,
+        planes: beside,
     })
+}
+
+/// Numbers of samples and variances, where the layer of the picture has them as our own
+/// files do.
+fn beside(layer: &FlatLayer) -> Planes {
+    let find = |name: &str| {
+        let mut list = layer.channel_data.list.iter();
+        list.find(|c| c.name.eq(name) && c.sampling == Vec2(1, 1))
+            .map(|channel| &channel.sample_data)
+    };
+    let sample_count = find("sampleCount").and_then(|samples| match samples {
+        FlatSamples::U32(counts) => Some(counts.clone()),
+        _ => None,
+    });
+    let variance = || {
+        let (r, g, b) = (
+            find("variance.R")?,
+            find("variance.G")?,
+            find("variance.B")?,
+        );
+        let at = |pixel| [r, g, b].map(|plane| sample(plane, pixel));
+        let plane: Vec<_> = (0..layer.size.area()).map(at).collect();
+        let sound = |v: &f32| v.is_finite() && *v >= 0.0;
+        plane.iter().flatten().all(sound).then_some(plane)
+    };
+    Planes {
+        sample_count,
+        variance: variance(),
+    }
 }
 
 /// Refuse what is too large to be decoded before memory is taken for it.
@@ -183,6 +214,19 @@ mod tests {
             assert_eq!(picture.rgb[0], first, "{names:?}");
             assert_eq!(picture.rgb[5], first.map(|v| v + 5.0 / 8.0));
         }
+    }
+
+    #[test]
+    fn samples_and_variances_of_our_own_files_are_read() {
+        let plain = decode("a.exr", &file(&["R", "G", "B"])).expect("picture");
+        assert_eq!(plain.planes, Planes::default());
+        let names = ["R", "G", "B", "variance.R", "variance.G", "variance.B"];
+        let picture = decode("a.exr", &file(&names)).expect("picture");
+        let variance = picture.planes.variance.expect("plane");
+        assert_eq!((variance.len(), variance[2]), (6, [3.25, 4.25, 5.25]));
+        // Counts are whole numbers: others are somebody else's channel.
+        let other = decode("a.exr", &file(&["R", "G", "B", "sampleCount"])).expect("picture");
+        assert_eq!(other.planes.sample_count, None);
     }
 
     #[test]

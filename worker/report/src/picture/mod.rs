@@ -28,6 +28,18 @@ pub struct Picture {
     pub rgb: Vec<[f32; 3]>,
     /// What the values mean.
     pub range: Range,
+    /// What else the file tells.
+    pub planes: Planes,
+}
+
+/// What an EXR file of ours tells of its pixels beside their light: as many entries as
+/// pixels, in their order.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Planes {
+    /// Samples of each pixel: `sampleCount`.
+    pub sample_count: Option<Vec<u32>>,
+    /// Variance of each pixel's mean: `variance.R/G/B`; finite, not negative.
+    pub variance: Option<Vec<[f32; 3]>>,
 }
 
 /// Why a picture cannot be used.
@@ -194,6 +206,7 @@ mod tests {
             height: 2,
             rgb: vec![[0.5; 3]; 6],
             range: Range::Linear,
+            planes: Planes::default(),
         };
         assert!(picture.check("a").is_ok());
         picture.rgb[4][1] = f32::NAN;

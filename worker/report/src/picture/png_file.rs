@@ -1,6 +1,6 @@
 //! PNG pictures: what a screen shows.
 
-use super::{Picture, PictureError, Range, check_size};
+use super::{Picture, PictureError, Planes, Range, check_size};
 use image::{ImageDecoder, ImageFormat, ImageReader};
 use std::io::Cursor;
 
@@ -27,5 +27,6 @@ pub(super) fn decode(file: &str, bytes: &[u8]) -> Result<Picture, PictureError> 
         height: height as usize,
         rgb: rgb.pixels().map(|pixel| pixel.0).collect(),
         range: Range::Display,
+        planes: Planes::default(),
     })
 }

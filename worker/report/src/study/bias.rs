@@ -8,6 +8,7 @@
 
 use crate::measure::FrameSums;
 use crate::metrics::RELATIVE_EPSILON;
+use crate::student::student;
 use serde::{Deserialize, Serialize};
 
 /// Chance that any unbiased variant of a report is called biased.
@@ -131,16 +132,6 @@ pub fn test_bias(difference: &Difference, tests: usize) -> Bias {
     }
 }
 
-/// Student's quantile for a normal one (Wallace 1959): a little large for few degrees of
-/// freedom, exact for many.
-fn student(z: f64, degrees: f64) -> f64 {
-    if degrees > 1e6 {
-        return z;
-    }
-    let scaled = z * (8.0 * degrees + 3.0) / (8.0 * degrees + 1.0);
-    (degrees * libm::expm1(scaled * scaled / degrees)).sqrt()
-}
-
 /// The number of deviations that a normal variable exceeds, on either side, with
 /// probability `level`; by bisection of erfc.
 fn deviations(level: f64) -> f64 {
@@ -164,18 +155,6 @@ mod tests {
     fn the_normal_distribution() {
         for (level, expected) in [(0.05, 1.959_964), (0.01, 2.575_829), (1e-6, 4.891_638)] {
             assert!((deviations(level) - expected).abs() < 1e-5, "{level}");
-        }
-    }
-
-    // Tables of Student's t at 0.27 % on two sides (3 deviations).
-    #[test]
-    fn students_distribution() {
-        for (degrees, exact) in [(5.0, 5.507), (10.0, 3.957), (30.0, 3.270), (1e7, 3.0)] {
-            let found = student(3.0, degrees);
-            assert!(
-                found >= exact - 2e-3 && found < 1.03 * exact,
-                "{degrees}: {found}"
-            );
         }
     }
 

@@ -258,6 +258,7 @@ fn a_given_reference_is_held_against() {
         height: 16,
         rgb: vec![[1.0; 3]; width * 16],
         range: crate::picture::Range::Linear,
+        planes: crate::picture::Planes::default(),
     };
     options.reference = Some(("white.exr".to_owned(), white(32)));
     let study = study(&options, folder.path());
