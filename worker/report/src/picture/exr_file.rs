@@ -172,11 +172,15 @@ mod tests {
             let values = (0..6).map(|p| number as f32 + p as f32 / 8.0).collect();
             AnyChannel::new(*name, FlatSamples::F32(values))
         });
+        file_of(list.collect())
+    }
+
+    fn file_of(list: exr::prelude::SmallVec<[AnyChannel<FlatSamples>; 4]>) -> Vec<u8> {
         let layer = Layer::new(
             (3, 2),
             LayerAttributes::default(),
             Encoding::SMALL_LOSSLESS,
-            AnyChannels::sort(list.collect()),
+            AnyChannels::sort(list),
         );
         let mut out = Cursor::new(Vec::new());
         Image::from_layer(layer)
@@ -227,6 +231,16 @@ mod tests {
         // Counts are whole numbers: others are somebody else's channel.
         let other = decode("a.exr", &file(&["R", "G", "B", "sampleCount"])).expect("picture");
         assert_eq!(other.planes.sample_count, None);
+        let counts: Vec<u32> = (64..70).collect();
+        let light = || FlatSamples::F32(vec![0.5; 6]);
+        let list = [
+            AnyChannel::new("R", light()),
+            AnyChannel::new("G", light()),
+            AnyChannel::new("B", light()),
+            AnyChannel::new("sampleCount", FlatSamples::U32(counts.clone())),
+        ];
+        let ours = decode("a.exr", &file_of(list.into_iter().collect())).expect("picture");
+        assert_eq!(ours.planes.sample_count, Some(counts));
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Variants of a scene: what is measured against what.
 
+#[cfg(test)]
+mod lists_tests;
 mod patch;
 
 pub use patch::{PatchError, patched};
