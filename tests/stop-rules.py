@@ -25,15 +25,16 @@ def read(folder):
         "wall_s": figures["seconds"],
         "estimated": figures["error"]["relmse"],
         "rel_mse": compared["rel_mse"] - own,
+        "trimmed": compared["rel_mse_trimmed"],
         "own": own,
         "groups": compared["groups"],
     }
 
 
-def at_error(uniform, key, error):
+def at_error(uniform, measure, key, error):
     """What equal samples everywhere need for `error`: on the line between the nearest
     two measured, log against log; beyond them it says so."""
-    points = sorted((u["rel_mse"], u[key]) for u in uniform)
+    points = sorted((u[measure], u[key]) for u in uniform)
     pairs = list(zip(points, points[1:]))
     (e0, v0), (e1, v1) = next(
         (pair for pair in pairs if pair[0][0] <= error <= pair[1][0]),
@@ -46,22 +47,27 @@ def at_error(uniform, key, error):
 
 def main():
     adaptive, *uniform = [read(folder) for folder in sys.argv[1:]]
-    print("| samples | core s | CPU s | wall s | relMSE | as the halves say |")
-    print("|---|---|---|---|---|---|")
+    print("| samples | core s | CPU s | wall s | relMSE | trimmed | as the halves say |")
+    print("|---|---|---|---|---|---|---|")
     for row, name in [(adaptive, "error stop: "), *((u, "") for u in uniform)]:
         samples = f"{row['samples']:.0f}"
         if row["least"] != row["most"]:
             samples += f" ({row['least']} to {row['most']})"
         print(
             f"| {name}{samples} | {row['core_s']:.1f} | {row['cpu_s']:.1f} | {row['wall_s']:.1f}"
-            f" | {row['rel_mse']:.3e} | {row['estimated']:.3e} |"
+            f" | {row['rel_mse']:.3e} | {row['trimmed']:.3e} | {row['estimated']:.3e} |"
         )
-    print(f"\nThe reference's own relMSE, subtracted: {adaptive['own']:.2e}.\n")
-    print("Equal samples for the error stop's relMSE, and the error stop's share of that:\n")
-    for key, name in [("core_s", "core s"), ("cpu_s", "CPU s"), ("wall_s", "wall s"), ("samples", "samples")]:
-        value, inside = at_error(uniform, key, adaptive["rel_mse"])
-        note = "" if inside else " (extrapolated)"
-        print(f"- {name}: {value:.1f}{note}; {adaptive[key] / value:.3f}")
+    print(f"\nThe reference's own relMSE, subtracted from the first: {adaptive['own']:.2e}.\n")
+    print("Equal samples for the error stop's error, and the error stop's share of that:\n")
+    keys = {"core_s": "core s", "cpu_s": "CPU s", "wall_s": "wall s", "samples": "samples"}
+    print("| error | " + " | ".join(keys.values()) + " |\n|---|---|---|---|---|")
+    measures = {"rel_mse": "relMSE", "trimmed": "trimmed", "estimated": "as the halves say"}
+    for measure, name in measures.items():
+        cells = []
+        for key in keys:
+            value, inside = at_error(uniform, measure, key, adaptive[measure])
+            cells.append(f"{value:.1f}{'' if inside else ' (ext.)'}: **{adaptive[key] / value:.2f}**")
+        print(f"| {name} | " + " | ".join(cells) + " |")
     print("\n| samples | tiles | mean difference | z | relative | z | relMSE | the reference's |")
     print("|---|---|---|---|---|---|---|---|")
     for group in adaptive["groups"]:

@@ -127,6 +127,7 @@ fn print_json(
         }
         if range == Range::Display {
             fields.insert("rel_mse".to_owned(), json!(null));
+            fields.insert("rel_mse_trimmed".to_owned(), json!(null));
         }
         fields.insert("files".to_owned(), json!(files));
         fields.insert("exceeded".to_owned(), json!(exceeded));
@@ -145,6 +146,11 @@ fn text(found: &Comparison, range: Range, own: Option<f64>) -> String {
             format!(" (of it {own:.2e} the reference's own noise)")
         });
         rows.push(("relMSE", format!("{:.6e}{own}", m.rel_mse)));
+        let trimmed = format!(
+            "{:.6e} without the worst 0.1 % of pixels",
+            found.rel_mse_trimmed
+        );
+        rows.push(("trimmed", trimmed));
     }
     let psnr = found.psnr_db.map_or_else(
         || "equal as a screen shows them".to_owned(),

@@ -2,7 +2,7 @@
 
 use crate::flip::{Exposures, PIXELS_PER_DEGREE, Plane, hdr_flip, ldr_flip, mean};
 use crate::heat::{heat_png, logarithmic};
-use crate::metrics::{Metrics, RELATIVE_EPSILON, metrics, psnr_db};
+use crate::metrics::{Metrics, RELATIVE_EPSILON, metrics, psnr_db, rel_mse_trimmed};
 use crate::picture::{Picture, Range};
 use serde::Serialize;
 
@@ -37,6 +37,8 @@ pub struct Comparison {
     /// Errors of linear radiance (EXR), or of display values 0 to 1 (PNG).
     #[serde(flatten)]
     pub metrics: Metrics,
+    /// `rel_mse` without the worst thousandth of the pixels.
+    pub rel_mse_trimmed: f64,
     /// Peak signal to noise ratio in dB of both as a screen shows them: linear light
     /// clamped to 0..1, sRGB, peak 1. `None` when they are equal there.
     pub psnr_db: Option<f64>,
@@ -98,6 +100,7 @@ pub fn compare(
         width,
         height,
         metrics: metrics(&picture.rgb, &reference.rgb),
+        rel_mse_trimmed: rel_mse_trimmed(&picture.rgb, &reference.rgb),
         psnr_db: psnr_db(displayed.mse),
         flip_ldr: mean(&ldr),
         flip_hdr: hdr.as_ref().map(|hdr| mean(&hdr.map)),

@@ -61,6 +61,27 @@ pub fn metrics(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> Metrics {
     }
 }
 
+/// One pixel of so many is left out of [`rel_mse_trimmed`].
+pub const TRIMMED_PIXEL_OF: usize = 1000;
+
+/// `rel_mse` without the worst thousandth of the pixels: where a few pixels with rare
+/// bright samples decide the mean, this says more. It is smaller than the whole, also
+/// without any such pixel.
+#[must_use]
+pub fn rel_mse_trimmed(picture: &[[f32; 3]], reference: &[[f32; 3]]) -> f64 {
+    let of_pixel = |(x, r): (&[f32; 3], &[f32; 3])| -> f64 {
+        let of_channel = |c: usize| {
+            let (x, r) = (f64::from(x[c]), f64::from(r[c]));
+            (x - r) * (x - r) / (r * r + RELATIVE_EPSILON)
+        };
+        of_channel(0) + of_channel(1) + of_channel(2)
+    };
+    let mut errors: Vec<f64> = picture.iter().zip(reference).map(of_pixel).collect();
+    errors.sort_unstable_by(f64::total_cmp);
+    errors.truncate(errors.len() - errors.len() / TRIMMED_PIXEL_OF);
+    errors.iter().sum::<f64>() / (3.0 * errors.len().max(1) as f64)
+}
+
 /// Peak signal to noise ratio in dB of pictures whose largest value is 1;
 /// `None` when they are equal.
 #[must_use]
@@ -93,6 +114,22 @@ mod tests {
         assert_eq!((m.mse, m.rel_mse, m.mean_difference_95), (0.0, 0.0, 0.0));
         assert_eq!(psnr_db(m.mse), None);
         assert_eq!(psnr_db(0.01), Some(20.0));
+    }
+
+    // Two of 2000 pixels are far off; without them the rest counts.
+    #[test]
+    fn the_worst_thousandth_is_left_out() {
+        let reference = [[1.0; 3]; 2000];
+        let mut picture = [[1.5; 3]; 2000];
+        picture[7] = [100.0; 3];
+        picture[1999] = [0.0, 50.0, 0.0];
+        let rest = 0.25 / 1.01;
+        let trimmed = rel_mse_trimmed(&picture, &reference);
+        assert!((trimmed - rest).abs() < 1e-12, "{trimmed}");
+        picture[8] = [100.0; 3];
+        assert!(rel_mse_trimmed(&picture, &reference) > 1.5 * rest);
+        assert!((rel_mse_trimmed(&picture[9..900], &reference[9..900]) - rest).abs() < 1e-12);
+        assert_eq!(rel_mse_trimmed(&[], &[]), 0.0);
     }
 
     // 4000 pixels with differences of mean 0.1 and deviation 0.2: the interval is
