@@ -1,7 +1,7 @@
 //! The command line.
 
 use crate::commands::{
-    add, cancel, compare, coordinator, download, export, jobs, render, report, status, submit,
+    add, cancel, compare, coordinator, download, export, gc, jobs, render, report, status, submit,
     watch, water, worker,
 };
 use crate::exit;
@@ -80,6 +80,7 @@ pub(crate) enum Command {
     Report(report::Report),
     Water(water::Water),
     Export(export::Export),
+    Gc(gc::Gc),
     /// Print the JSON Schema of scene.json
     ///
     /// Point your editor at it: every field, its unit, range and default.

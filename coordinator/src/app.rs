@@ -1,13 +1,14 @@
 //! What requests and background tasks share.
 
 use crate::config::{Config, StartError};
-use crate::objects::Objects;
-use crate::store::Store;
+use crate::objects::{Objects, ObjectsUrl};
+use crate::store::{DatabaseUrl, Store};
+use crate::trouble::Troubles;
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
-use tokio::sync::{Semaphore, watch};
+use tokio::sync::{Notify, Semaphore, watch};
 
 /// Results in memory at once: a body of 2 MiB and what is decoded from it are
 /// about 6 MiB, so 400 MiB at worst.
@@ -30,6 +31,10 @@ pub(crate) struct App {
     pub(crate) work: watch::Sender<u64>,
     /// Counts up when a job changes.
     pub(crate) change: watch::Sender<u64>,
+    /// A job was deleted: its rows and objects are to go.
+    pub(crate) deleted: Notify,
+    /// What is broken at the moment.
+    pub(crate) troubles: Troubles,
     /// True once the process is to end.
     pub(crate) stopping: watch::Sender<bool>,
     pub(crate) cpu: Arc<Semaphore>,
@@ -46,9 +51,8 @@ pub struct CutOff(String);
 
 impl App {
     pub(crate) async fn open(config: Config) -> Result<Self, StartError> {
-        let data_dir = make_folder(&config.data_dir)?;
-        let objects = Objects::local(&make_folder(&data_dir.join("objects"))?)?;
-        let store = Store::open(&sqlite_url(&data_dir.join("farm.db"))).await?;
+        let objects = open_objects(&config)?;
+        let store = open_store(&config).await?;
         // Workers could not be heard while nobody listened.
         let until_ms = now_ms().saturating_add_unsigned(config.lease_ttl_ms);
         store.prolong_all(until_ms).await?;
@@ -59,6 +63,8 @@ impl App {
             objects,
             work: watch::Sender::new(0),
             change: watch::Sender::new(0),
+            deleted: Notify::new(),
+            troubles: Troubles::default(),
             stopping: watch::Sender::new(false),
             cpu: Arc::new(Semaphore::new(threads.max(2))),
             results: Semaphore::new(RESULTS_MAX),
@@ -108,6 +114,33 @@ impl App {
 pub(crate) fn now_ms() -> i64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |d| i64::try_from(d.as_millis()).unwrap_or(i64::MAX))
+}
+
+/// The objects of a coordinator with these settings.
+pub(crate) fn open_objects(config: &Config) -> Result<Objects, StartError> {
+    let url = match &config.objects {
+        Some(url) => url.clone(),
+        None => ObjectsUrl::Folder(config.data_dir.join("objects")),
+    };
+    let url = match url {
+        ObjectsUrl::Folder(folder) => ObjectsUrl::Folder(make_folder(&folder)?),
+        s3 @ ObjectsUrl::S3 { .. } => s3,
+    };
+    tracing::info!(%url, "objects");
+    Ok(url.open()?)
+}
+
+/// The store of a coordinator with these settings.
+pub(crate) async fn open_store(config: &Config) -> Result<Store, StartError> {
+    let url = match &config.database {
+        Some(url) => url.clone(),
+        None => {
+            let folder = make_folder(&config.data_dir)?;
+            DatabaseUrl::parse(&sqlite_url(&folder.join("farm.db")))?
+        }
+    };
+    tracing::info!(%url, "database");
+    Ok(Store::open(&url).await?)
 }
 
 fn make_folder(path: &Path) -> Result<std::path::PathBuf, StartError> {

@@ -3,8 +3,8 @@
 use crate::app::{App, now_ms};
 use crate::farm::QUARANTINE_MS;
 use crate::fold;
-use crate::objects::{FILMS, PARTS};
-use futures_util::StreamExt;
+use crate::sweep::{Grace, Swept, finish_deletions, sweep};
+use crate::trouble;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
@@ -16,6 +16,8 @@ const REAP_EVERY: Duration = Duration::from_secs(1);
 const FOLD_EVERY: Duration = Duration::from_secs(1);
 /// Pause after an error, so that a broken disk does not fill the log.
 const ERROR_PAUSE: Duration = Duration::from_secs(2);
+/// How often the rest of jobs is looked for that another coordinator deleted.
+const DELETIONS_EVERY: Duration = Duration::from_secs(60);
 /// How often old rows and nameless objects are looked for.
 const SWEEP_EVERY: Duration = Duration::from_secs(3600);
 
@@ -24,13 +26,19 @@ pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
     vec![
         tokio::spawn(reap(Arc::clone(app))),
         tokio::spawn(fold_all(Arc::clone(app))),
-        tokio::spawn(sweep(Arc::clone(app))),
+        tokio::spawn(sweep_all(Arc::clone(app))),
+        tokio::spawn(finish_all_deletions(Arc::clone(app))),
+        tokio::spawn(trouble::watch(Arc::clone(app))),
     ]
 }
 
 async fn reap(app: Arc<App>) {
     loop {
         tokio::time::sleep(REAP_EVERY).await;
+        // Nothing expires before everybody could be heard again.
+        if app.troubles.database_is_away() {
+            continue;
+        }
         let now_ms = now_ms();
         let lease_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
         let cut = app
@@ -39,6 +47,8 @@ async fn reap(app: Arc<App>) {
             .await;
         if let Err(error) = cut {
             tracing::error!(%error, "reaper");
+            app.troubles.suspect();
+            continue;
         }
         match app.store.expire(now_ms).await {
             Ok(0) => {}
@@ -74,70 +84,36 @@ async fn fold_all(app: Arc<App>) {
             Ok(_) => {}
             Err(error) => {
                 tracing::error!(%error, "folding");
+                app.troubles.suspect();
                 tokio::time::sleep(ERROR_PAUSE).await;
             }
         }
     }
 }
 
-async fn sweep(app: Arc<App>) {
+async fn sweep_all(app: Arc<App>) {
     loop {
-        if let Err(error) = app.store.purge(now_ms()).await {
-            tracing::error!(%error, "purge");
-        }
-        for prefix in [PARTS, FILMS] {
-            sweep_prefix(&app, prefix).await;
+        let grace = Grace {
+            orphan_ms: app.config.orphan_grace_ms,
+            asset_ms: app.config.asset_grace_ms,
+        };
+        match sweep(&app.store, &app.objects, grace, now_ms()).await {
+            Ok(swept) if swept == Swept::default() => {}
+            Ok(swept) => tracing::info!(?swept, "removed what nobody needs"),
+            Err(error) => tracing::warn!(%error, "sweep"),
         }
         tokio::time::sleep(SWEEP_EVERY).await;
     }
 }
 
-/// Remove objects that no row names and that are older than the grace time: a
-/// crash between object and row, or between row and removal.
-pub(crate) async fn sweep_prefix(app: &App, prefix: &str) {
-    let before_ms = now_ms().saturating_sub_unsigned(app.config.orphan_grace_ms);
-    let mut objects = app.objects.list(prefix);
-    let mut removed = 0u64;
-    while let Some(object) = objects.next().await {
-        let name = match object {
-            Ok(object) if object.last_modified.timestamp_millis() < before_ms => {
-                object.location.to_string()
-            }
-            Ok(_) => continue,
-            Err(error) => {
-                tracing::warn!(%error, "sweep");
-                continue;
-            }
-        };
-        match app.store.names_object(&name).await {
-            Ok(true) => {}
-            Ok(false) => match app.objects.delete(&name).await {
-                Ok(()) => removed += 1,
-                Err(error) => tracing::warn!(%error, "sweep"),
-            },
-            Err(error) => {
-                tracing::error!(%error, "sweep");
-                return;
-            }
+async fn finish_all_deletions(app: Arc<App>) {
+    loop {
+        if let Err(error) = finish_deletions(&app.store, &app.objects).await {
+            tracing::warn!(%error, "rest of a deleted job");
+            tokio::time::sleep(ERROR_PAUSE).await;
+            continue;
         }
-    }
-    if removed > 0 {
-        tracing::info!(removed, prefix, "removed objects that nobody names");
-    }
-}
-
-/// Remove every object of a deleted job.
-pub(crate) async fn remove_job_objects(app: Arc<App>, job: shearwater_shared::job::JobId) {
-    for prefix in [PARTS, FILMS] {
-        let mut objects = app.objects.list(&format!("{prefix}/{job}"));
-        while let Some(object) = objects.next().await {
-            let removal = match object {
-                Ok(object) => app.objects.delete(object.location.as_ref()).await,
-                Err(error) => Err(error),
-            };
-            if let Err(error) = removal {
-                tracing::warn!(%error, %job, "object of a deleted job stays until the sweep");
-            }
-        }
+        // Those of another coordinator, too, should that one be gone.
+        let _ = tokio::time::timeout(DELETIONS_EVERY, app.deleted.notified()).await;
     }
 }

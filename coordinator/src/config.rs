@@ -1,16 +1,21 @@
 //! What a coordinator is told at its start, and why it may refuse.
 
-use crate::objects::ObjectError;
-use crate::store::StoreError;
+use crate::objects::{ObjectError, ObjectsUrl};
+use crate::store::{DatabaseUrl, StoreError};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
 /// Settings of one coordinator.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Folder of the database and the objects; made when it is missing. On a
-    /// local disk: SQLite does not work on network file systems.
+    /// Folder of the database and the objects, as far as `database` and `objects`
+    /// do not name others; made when it is missing. On a local disk: SQLite does
+    /// not work on network file systems.
     pub data_dir: PathBuf,
+    /// The database; `None`: `farm.db` in the data folder.
+    pub database: Option<DatabaseUrl>,
+    /// The objects; `None`: `objects` in the data folder.
+    pub objects: Option<ObjectsUrl>,
     /// Address to listen on; port 0 takes any free one.
     pub listen: SocketAddr,
     /// Allow addresses that other machines reach, without any protection.
@@ -30,6 +35,9 @@ pub struct Config {
     /// Age at which an object that no row names is removed, in milliseconds:
     /// longer than any upload lasts.
     pub orphan_grace_ms: u64,
+    /// Age since its last use at which an asset that no job needs is removed, in
+    /// milliseconds: people submit a scene again within days.
+    pub asset_grace_ms: u64,
 }
 
 impl Config {
@@ -38,6 +46,8 @@ impl Config {
     pub const fn new(data_dir: PathBuf, listen: SocketAddr, build: String) -> Self {
         Self {
             data_dir,
+            database: None,
+            objects: None,
             listen,
             allow_public: false,
             build,
@@ -46,6 +56,7 @@ impl Config {
             lease_ttl_ms: 15_000,
             ask_again_ms: 1_000,
             orphan_grace_ms: 3_600_000,
+            asset_grace_ms: 7 * 24 * 3_600_000,
         }
     }
 

@@ -29,6 +29,10 @@ pub(crate) enum Dispatch {
 
 /// Find work for one worker.
 pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispatch, StoreError> {
+    // A result that cannot be stored had better not be begun.
+    if app.troubles.work_pauses() {
+        return Ok(Dispatch::Nothing);
+    }
     let now_ms = now_ms();
     let instance = &request.worker.instance;
     let present = app.store.workers(now_ms - PRESENT_MS).await?;

@@ -17,10 +17,14 @@ pub mod develop;
 mod dispatch;
 pub mod farm;
 pub mod fold;
+mod gc;
 pub mod objects;
 pub mod store;
+pub mod sweep;
+mod trouble;
 
 pub use config::{Config, StartError};
+pub use gc::{GcError, GcReport, gc};
 
 use app::App;
 use axum::serve::ListenerExt;

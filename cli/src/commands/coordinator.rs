@@ -5,6 +5,8 @@ use crate::exit::CliError;
 use crate::{output, signals};
 use clap::Args;
 use serde_json::json;
+use shearwater_coordinator::objects::ObjectsUrl;
+use shearwater_coordinator::store::DatabaseUrl;
 use shearwater_coordinator::{Config, Coordinator};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -15,15 +17,20 @@ use std::path::{Path, PathBuf};
 /// it again, and no finished sample is lost. Port 0 takes a free one; the first
 /// line of its output says which.
 ///
+/// Several coordinators may share one database and one object store, and any of
+/// them answers anything: on one machine a folder will do, on several it takes
+/// PostgreSQL and S3. The keys, region and endpoint of S3 are those of the usual
+/// environment: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION,
+/// AWS_ENDPOINT_URL.
+///
 /// It listens to this machine only unless --allow-public is given: there are no
 /// access tokens yet, so whoever reaches it can use it.
 ///
 /// Example: shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
 #[derive(Args, Debug)]
 pub(crate) struct Serve {
-    /// Folder of the database and the objects; made if need be
-    #[arg(long, value_name = "DIR", default_value = "shearwater-data")]
-    data: PathBuf,
+    #[command(flatten)]
+    stores: Stores,
     /// Address to listen on
     #[arg(long, value_name = "ADDRESS:PORT", default_value = DEFAULT_LISTEN)]
     listen: SocketAddr,
@@ -32,13 +39,27 @@ pub(crate) struct Serve {
     allow_public: bool,
 }
 
+/// Where a farm keeps what it knows.
+#[derive(Args, Debug)]
+pub(crate) struct Stores {
+    /// Folder of the database and the objects; made if need be
+    #[arg(long, value_name = "DIR", default_value = "shearwater-data")]
+    data: PathBuf,
+    /// Database: sqlite:///FILE or postgres://USER:PASSWORD@HOST/NAME [default: farm.db in the data folder]
+    #[arg(long, value_name = "URL", env = "SHEARWATER_DATABASE", hide_env_values = true)]
+    database: Option<String>,
+    /// Pixel data and assets: file:///FOLDER or s3://BUCKET/PREFIX [default: objects in the data folder]
+    #[arg(long, value_name = "URL", env = "SHEARWATER_OBJECTS")]
+    objects: Option<String>,
+}
+
 pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
-    let mut config = config(&args.data, args.listen);
+    let mut config = config(&args.stores, args.listen)?;
     config.allow_public = args.allow_public;
     let coordinator = start(config).await?;
     let url = format!("http://{}", coordinator.addr());
     if json {
-        output::object(&json!({ "url": url, "data": args.data }));
+        output::object(&json!({ "url": url, "data": args.stores.data }));
     } else {
         output::line(format_args!("listening on {url}"));
     }
@@ -47,8 +68,25 @@ pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
     Ok(())
 }
 
+// Not as clap's own parser: its error would print the URL with its password.
+fn database(url: &str) -> Result<DatabaseUrl, CliError> {
+    DatabaseUrl::parse(url).map_err(|e| CliError::Coordinator(e.to_string()))
+}
+
+fn objects(url: &str) -> Result<ObjectsUrl, CliError> {
+    ObjectsUrl::parse(url).map_err(|e| CliError::Coordinator(e.to_string()))
+}
+
 /// The settings of a coordinator that takes workers of this very build.
-pub(crate) fn config(data: &Path, listen: SocketAddr) -> Config {
+pub(crate) fn config(stores: &Stores, listen: SocketAddr) -> Result<Config, CliError> {
+    let mut config = in_folder(&stores.data, listen);
+    config.database = stores.database.as_deref().map(database).transpose()?;
+    config.objects = stores.objects.as_deref().map(objects).transpose()?;
+    Ok(config)
+}
+
+/// The same with everything in a folder.
+pub(crate) fn in_folder(data: &Path, listen: SocketAddr) -> Config {
     Config::new(data.to_owned(), listen, shearwater_worker::BUILD.to_owned())
 }
 

@@ -6,6 +6,7 @@ pub(crate) mod compare;
 pub(crate) mod coordinator;
 pub(crate) mod download;
 pub(crate) mod export;
+pub(crate) mod gc;
 pub(crate) mod jobs;
 pub(crate) mod render;
 pub(crate) mod report;
@@ -37,6 +38,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Report(args) => report::run(args, json).await,
         Command::Water(args) => water::run(args, json),
         Command::Export(args) => export::run(args, json).await,
+        Command::Gc(args) => gc::run(args, json).await,
         Command::Schema => {
             output::line(shearwater_shared::scene::schema_json().trim_end());
             Ok(())

@@ -60,7 +60,7 @@ pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
         .tempdir()
         .map_err(CliError::io(&std::env::temp_dir()))?;
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-    let farm = coordinator::start(coordinator::config(store.path(), loopback)).await?;
+    let farm = coordinator::start(coordinator::in_folder(store.path(), loopback)).await?;
     let url = format!("http://{}", farm.addr());
     let rendered = tokio::select! {
         rendered = with_worker(args, &bundle, &url, json) => rendered,

@@ -3,14 +3,13 @@
 use super::extract::{JsonBody, Segment, check_length};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::objects::Objects;
+use crate::objects::{Objects, Upload};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt;
-use object_store::{MultipartUpload, PutPayload};
 use shearwater_shared::api::{MissingRequest, MissingResponse};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::limits::{ASSET_BYTES_MAX, ASSETS_MAX};
@@ -32,7 +31,10 @@ pub(crate) async fn missing(
     }
     let mut missing = Vec::new();
     for hash in request.hashes {
-        if !is_stored(&app, &hash).await? {
+        if is_stored(&app, &hash).await? {
+            // It must not go before the job that it is wanted for.
+            app.store.use_asset(&hash, now_ms()).await?;
+        } else {
             missing.push(hash);
         }
     }
@@ -93,7 +95,7 @@ pub(crate) async fn upload(
     // What is stored already is written again all the same: who sends it mends
     // a copy that was damaged.
     let known = is_stored(&app, &hash).await?;
-    let mut upload = app.objects.upload(&Objects::asset_name(&hash)).await?;
+    let mut upload = app.objects.upload(&Objects::asset_name(&hash));
     let received = receive(body, &mut upload).await;
     let outcome = match received {
         Ok((found, size)) if found == hash => Ok(size),
@@ -105,11 +107,12 @@ pub(crate) async fn upload(
     };
     match outcome {
         Ok(size) => {
-            upload
-                .complete()
-                .await
-                .map_err(|e| ApiError::Internal(e.to_string()))?;
-            app.store.add_asset(&hash, size, now_ms()).await?;
+            upload.complete().await?;
+            let noted = app.store.add_asset(&hash, size, now_ms()).await?;
+            // A sweep may have removed the one of before under our hands.
+            if !noted || !is_stored(&app, &hash).await? {
+                return Err(ApiError::Busy);
+            }
             Ok(if known {
                 StatusCode::OK
             } else {
@@ -128,7 +131,7 @@ pub(crate) async fn upload(
 /// Take a body into `upload`; its hash and length.
 async fn receive(
     body: Body,
-    upload: &mut Box<dyn MultipartUpload>,
+    upload: &mut Upload,
 ) -> Result<(ContentHash, u64), ApiError> {
     let mut chunks = body.into_data_stream();
     let mut hasher = blake3::Hasher::new();
@@ -145,10 +148,7 @@ async fn receive(
             return Err(ApiError::TooLarge(ASSET_BYTES_MAX));
         }
         hasher.update(&chunk);
-        upload
-            .put_part(PutPayload::from(chunk))
-            .await
-            .map_err(|e| ApiError::Internal(e.to_string()))?;
+        upload.put(chunk).await?;
     }
     let hash = ContentHash::from_bytes(*hasher.finalize().as_bytes());
     Ok((hash, size))

@@ -4,7 +4,6 @@ use super::extract::{Segment, job_id, no_job, query};
 use super::problem::ApiError;
 use super::view::job_view;
 use crate::app::{App, now_ms};
-use crate::background::remove_job_objects;
 use crate::store::JobFilter;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
@@ -102,6 +101,6 @@ pub(crate) async fn delete(
     }
     tracing::info!(job = %id, "deleted");
     app.job_changed();
-    tokio::spawn(remove_job_objects(Arc::clone(&app), id));
+    app.deleted.notify_one();
     Ok(StatusCode::NO_CONTENT)
 }

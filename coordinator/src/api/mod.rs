@@ -22,6 +22,9 @@ mod workers;
 
 use crate::app::App;
 use axum::Router;
+use axum::extract::{Request, State};
+use axum::middleware::{Next, from_fn_with_state};
+use axum::response::Response;
 use axum::routing::{get, post};
 use problem::ApiError;
 use shearwater_shared::routes;
@@ -53,5 +56,15 @@ pub(crate) fn router(app: Arc<App>) -> Router {
         .fallback(|| async { ApiError::NoRoute })
         .method_not_allowed_fallback(|| async { ApiError::Method })
         .layer(CatchPanicLayer::custom(problem::panicked))
+        .layer(from_fn_with_state(Arc::clone(&app), suspect_stores))
         .with_state(app)
+}
+
+/// An answer that a store's failure may have caused is a reason to try the stores.
+async fn suspect_stores(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    let response = next.run(request).await;
+    if response.status().is_server_error() {
+        app.troubles.suspect();
+    }
+    response
 }

@@ -79,6 +79,13 @@ pub(crate) enum ApiError {
     Unequal,
     #[error("too many requests wait already; try again in a few seconds")]
     Busy,
+    #[error("not ready: {0}")]
+    NotReady(String),
+    #[error(
+        "the {what} fails at the moment, so work pauses; /readyz says why. Nothing that was \
+         acknowledged is lost. Try again"
+    )]
+    Unavailable { what: &'static str, cause: String },
     #[error("the coordinator cannot do this now; its log says why. Try again")]
     Internal(String),
 }
@@ -120,6 +127,12 @@ impl ApiError {
             Self::Ended(_) => (StatusCode::GONE, "job-ended", "Job has ended"),
             Self::Unequal => (StatusCode::CONFLICT, "unequal-result", "Unequal result"),
             Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy", "Busy"),
+            Self::NotReady(_) => (StatusCode::SERVICE_UNAVAILABLE, "not-ready", "Not ready"),
+            Self::Unavailable { .. } => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "store-unavailable",
+                "Store unavailable",
+            ),
             Self::Internal(_) => (
                 StatusCode::INTERNAL_SERVER_ERROR,
                 "internal",
@@ -134,6 +147,9 @@ impl IntoResponse for ApiError {
         if let Self::Internal(cause) = &self {
             // The cause may name files; it is for the log alone.
             tracing::error!(cause, "a request failed");
+        }
+        if let Self::Unavailable { what, cause } = &self {
+            tracing::warn!(what, cause, "a request has to come again");
         }
         let (status, name, title) = self.kind();
         problem(status, name, title, self.to_string())
@@ -174,13 +190,27 @@ pub(crate) fn panicked(cause: Box<dyn std::any::Any + Send + 'static>) -> Respon
 
 impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
-        Self::Internal(error.to_string())
+        let cause = error.to_string();
+        match error {
+            StoreError::Sql { .. } => Self::Unavailable {
+                what: "database",
+                cause,
+            },
+            _ => Self::Internal(cause),
+        }
     }
 }
 
 impl From<ObjectError> for ApiError {
     fn from(error: ObjectError) -> Self {
-        Self::Internal(error.to_string())
+        let cause = error.to_string();
+        if error.is_missing() {
+            return Self::Internal(cause);
+        }
+        Self::Unavailable {
+            what: "object store",
+            cause,
+        }
     }
 }
 

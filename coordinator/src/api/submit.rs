@@ -48,6 +48,13 @@ pub(crate) async fn submit(
         Submitted::New(id) => (id, StatusCode::CREATED),
         Submitted::Same(id) => (id, StatusCode::OK),
         Submitted::OtherBody(id) => return Err(ApiError::KeyReused(id.0)),
+        Submitted::AssetMissing => {
+            return Err(ApiError::Invalid(
+                "manifest: a file was removed meanwhile, since nobody needed it; upload what is \
+                 missing and submit again"
+                    .into(),
+            ));
+        }
     };
     if status == StatusCode::CREATED {
         tracing::info!(job = %id, name = new.name, "job submitted");

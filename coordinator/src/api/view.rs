@@ -17,7 +17,11 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
     let newest = app.store.newest_error(row.id).await?;
     let newest_error = newest.map(|newest| point(&row, &newest));
     let unfinished = row.frames_done == 0;
-    let note = note(&row, &app.config.build);
+    let live = row.finished_ms.is_none();
+    let paused = app.troubles.text(now_ms()).filter(|_| live);
+    let note = paused
+        .map(|why| format!("paused: {why}. It goes on by itself"))
+        .or_else(|| note(&row, &app.config.build));
     let mut view = progress(row, now_ms());
     view.newest_error = newest_error;
     view.note = note;

@@ -94,6 +94,9 @@ impl Store {
             tx.commit().await.attempt("commit frame")?;
             return Ok(None);
         }
+        if !mark_running(&mut tx, query.job, now_ms).await? {
+            return Ok(None);
+        }
         let id = next_id(&mut tx, "lease").await?;
         for run in &runs {
             sqlx::query(
@@ -110,7 +113,7 @@ impl Store {
             .await
             .attempt("lease units")?;
         }
-        if !insert_lease(
+        insert_lease(
             &mut tx,
             id,
             query.job,
@@ -119,10 +122,7 @@ impl Store {
             now_ms,
             until_ms,
         )
-        .await?
-        {
-            return Ok(None);
-        }
+        .await?;
         tx.commit().await.attempt("commit claim")?;
         Ok(Some(Claimed { id, runs }))
     }
@@ -140,8 +140,11 @@ impl Store {
         now_ms: i64,
         until_ms: i64,
     ) -> Result<Option<Claimed>, StoreError> {
+        // In a transaction of its own: the units come first below.
         let mut tx = self.begin().await?;
         let id = next_id(&mut tx, "lease").await?;
+        tx.commit().await.attempt("commit number of lease")?;
+        let mut tx = self.begin().await?;
         let mut held = Vec::with_capacity(runs.len());
         for run in runs {
             let taken = sqlx::query(
@@ -164,11 +167,10 @@ impl Store {
                 held.push(*run);
             }
         }
-        if held.len() != runs.len()
-            || !insert_lease(&mut tx, id, job, worker, &held, now_ms, until_ms).await?
-        {
+        if held.len() != runs.len() || !mark_running(&mut tx, job, now_ms).await? {
             return Ok(None);
         }
+        insert_lease(&mut tx, id, job, worker, &held, now_ms, until_ms).await?;
         tx.commit().await.attempt("commit reissue")?;
         Ok(Some(Claimed { id, runs: held }))
     }
@@ -264,7 +266,26 @@ async fn make_next_frame(
     ))
 }
 
-/// Insert the lease's row; false when the job has ended.
+/// Note that the job is being rendered; false when it has ended.
+async fn mark_running(
+    tx: &mut Transaction<'static, Any>,
+    job: JobId,
+    now_ms: i64,
+) -> Result<bool, StoreError> {
+    let live = sqlx::query(
+        "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), \
+         timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + 1 \
+         WHERE id = $1 AND finished_ms IS NULL",
+    )
+    .bind(job.0)
+    .bind(now_ms)
+    .execute(&mut **tx)
+    .await
+    .attempt("mark job running")?;
+    Ok(live.rows_affected() == 1)
+}
+
+/// Insert the lease's row.
 async fn insert_lease(
     tx: &mut Transaction<'static, Any>,
     id: i64,
@@ -273,7 +294,7 @@ async fn insert_lease(
     runs: &[Run],
     now_ms: i64,
     until_ms: i64,
-) -> Result<bool, StoreError> {
+) -> Result<(), StoreError> {
     sqlx::query(
         "INSERT INTO lease (id, job, worker, runs, created_ms, until_ms) \
          VALUES ($1, $2, $3, $4, $5, $6)",
@@ -287,15 +308,5 @@ async fn insert_lease(
     .execute(&mut **tx)
     .await
     .attempt("insert lease")?;
-    let live = sqlx::query(
-        "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), \
-         timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + 1 \
-         WHERE id = $1 AND finished_ms IS NULL",
-    )
-    .bind(job.0)
-    .bind(now_ms)
-    .execute(&mut **tx)
-    .await
-    .attempt("mark job running")?;
-    Ok(live.rows_affected() == 1)
+    Ok(())
 }

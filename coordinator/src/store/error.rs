@@ -27,7 +27,10 @@ pub enum StoreError {
         detail: String,
     },
     /// The URL is of no engine of this build.
-    #[error("database URL `{0}`: this build knows sqlite: only")]
+    #[error(
+        "database URL of scheme `{0}`: expected sqlite:///folder/farm.db or \
+         postgres://user:password@host:5432/database"
+    )]
     Engine(String),
 }
 

@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError, corrupt};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{big, count, int, json, small};
 use shearwater_shared::film::{Brightness, ErrorEstimate};
 use shearwater_shared::job::JobId;
@@ -86,13 +87,9 @@ impl Store {
     /// The database failed.
     pub async fn add_error(&self, job: JobId, point: &ErrorRow) -> Result<(), StoreError> {
         let mut tx = self.begin().await?;
-        insert(&mut tx, job, point).await?;
         // Whoever watches sees the new numbers.
-        sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
-            .bind(job.0)
-            .execute(&mut *tx)
-            .await
-            .attempt("count change")?;
+        lock_job(&mut tx, job).await?;
+        insert(&mut tx, job, point).await?;
         tx.commit().await.attempt("commit error")
     }
 

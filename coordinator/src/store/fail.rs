@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{count, optional_text};
 use crate::farm::{UnitFailures, WorkerStreak};
 use shearwater_shared::job::JobId;
@@ -29,6 +30,7 @@ impl Store {
             failures.workers = failures.workers.max(of_run.workers);
             failures.times = failures.times.max(of_run.times);
         }
+        lock_job(&mut tx, job).await?;
         let first = runs.first().map(|r| (r.frame, r.tile, r.block0));
         let streak = sqlx::query(
             "UPDATE worker SET failed_in_row = failed_in_row \
@@ -40,11 +42,6 @@ impl Store {
         .fetch_optional(&mut *tx)
         .await
         .attempt("count worker's failures")?;
-        sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
-            .bind(job.0)
-            .execute(&mut *tx)
-            .await
-            .attempt("count change")?;
         tx.commit().await.attempt("commit failure")?;
         let streak = streak.map_or(Ok(0), |row| count(&row, "failed_in_row"))?;
         Ok((failures, WorkerStreak(streak)))

@@ -3,6 +3,7 @@
 use super::error::{Attempt, StoreError, corrupt};
 use super::errors::brightness_text;
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{big, int, optional_text, small, text};
 use shearwater_shared::film::{Brightness, TileError};
 use shearwater_shared::job::JobId;
@@ -168,6 +169,9 @@ impl Store {
     /// The database failed; the tile is as before.
     pub async fn swap_film(&self, fold: &FoldTask) -> Result<bool, StoreError> {
         let mut tx = self.begin().await?;
+        if !lock_job(&mut tx, fold.at.job).await? {
+            return Ok(false);
+        }
         let [job, frame, tile] = [fold.at.job.0, fold.at.frame.into(), i64::from(fold.at.tile)];
         let added: u32 = fold.old.parts.iter().map(|p| p.block1 - p.block0).sum();
         let error = serde_json::to_string(&fold.error).map_err(|e| corrupt("tile error", e))?;
@@ -219,11 +223,6 @@ impl Store {
         .execute(&mut *tx)
         .await
         .attempt("add to frame")?;
-        sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
-            .bind(job)
-            .execute(&mut *tx)
-            .await
-            .attempt("count change")?;
         tx.commit().await.attempt("commit fold")?;
         Ok(true)
     }

@@ -3,6 +3,7 @@
 use super::error::{Attempt, StoreError, corrupt};
 use super::errors::{self, ErrorRow};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{count, hash, optional_text, small, stop_code};
 use shearwater_shared::api::StopCause;
 use shearwater_shared::film::ErrorEstimate;
@@ -161,6 +162,7 @@ impl Store {
         let text = error.map(serde_json::to_string).transpose();
         let text = text.map_err(|e| corrupt("frame error", e))?;
         let mut tx = self.begin().await?;
+        lock_job(&mut tx, job).await?;
         let first = sqlx::query(
             "UPDATE frame SET film_hash = $3, error = $4, nmse_pico = $5 \
              WHERE job = $1 AND frame = $2 AND film_hash IS NULL AND EXISTS \

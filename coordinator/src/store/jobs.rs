@@ -172,37 +172,4 @@ impl Store {
         tx.commit().await.attempt("commit end of job")?;
         Ok(true)
     }
-
-    /// Forget a job; false when there is none. Its objects belong to nobody
-    /// afterwards.
-    ///
-    /// # Errors
-    /// The database failed; the job is as before.
-    pub async fn delete_job(&self, id: JobId) -> Result<bool, StoreError> {
-        let mut tx = self.begin().await?;
-        let gone = sqlx::query("DELETE FROM job WHERE id = $1")
-            .bind(id.0)
-            .execute(&mut *tx)
-            .await
-            .attempt("delete job")?
-            .rows_affected();
-        for statement in [
-            "DELETE FROM part WHERE job = $1",
-            "DELETE FROM tilefold WHERE job = $1",
-            "DELETE FROM error_point WHERE job = $1",
-            "DELETE FROM unit WHERE job = $1",
-            "DELETE FROM frame WHERE job = $1",
-            "DELETE FROM lease WHERE job = $1",
-            "DELETE FROM failure WHERE job = $1",
-            "DELETE FROM idem WHERE job = $1",
-        ] {
-            sqlx::query(statement)
-                .bind(id.0)
-                .execute(&mut *tx)
-                .await
-                .attempt("delete job")?;
-        }
-        tx.commit().await.attempt("commit deletion")?;
-        Ok(gone == 1)
-    }
 }

@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{count, int, json, text};
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -242,31 +243,35 @@ impl Store {
         now_ms: i64,
     ) -> Result<bool, StoreError> {
         let mut tx = self.begin().await?;
-        let row = sqlx::query(
-            "UPDATE lease SET closed = 1 WHERE id = $1 AND closed = 0 AND until_ms < $2 \
-             AND ($3 = '' OR worker = $3) RETURNING job",
-        )
-        .bind(id)
-        .bind(now_ms)
-        .bind(worker.unwrap_or(""))
-        .fetch_optional(&mut *tx)
-        .await
-        .attempt("close lease")?;
+        let row = sqlx::query("SELECT job FROM lease WHERE id = $1 AND closed = 0")
+            .bind(id)
+            .fetch_optional(&mut *tx)
+            .await
+            .attempt("look at lease")?;
         let Some(row) = row else { return Ok(false) };
-        let job = int(&row, "job")?;
+        let job = JobId(int(&row, "job")?);
         sqlx::query(
             "UPDATE unit SET state = 0, lease = 0 WHERE job = $1 AND state = 1 AND lease = $2",
         )
-        .bind(job)
+        .bind(job.0)
         .bind(id)
         .execute(&mut *tx)
         .await
         .attempt("free units")?;
-        sqlx::query("UPDATE job SET rev = rev + 1 WHERE id = $1")
-            .bind(job)
-            .execute(&mut *tx)
-            .await
-            .attempt("count change")?;
+        lock_job(&mut tx, job).await?;
+        let ended = sqlx::query(
+            "UPDATE lease SET closed = 1 WHERE id = $1 AND closed = 0 AND until_ms < $2 \
+             AND ($3 = '' OR worker = $3)",
+        )
+        .bind(id)
+        .bind(now_ms)
+        .bind(worker.unwrap_or(""))
+        .execute(&mut *tx)
+        .await
+        .attempt("close lease")?;
+        if ended.rows_affected() != 1 {
+            return Ok(false);
+        }
         tx.commit().await.attempt("commit end of lease")?;
         Ok(true)
     }

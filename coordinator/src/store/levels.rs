@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError, corrupt};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{big, count, int, small, text};
 use shearwater_shared::film::TileError;
 use shearwater_shared::job::JobId;
@@ -84,6 +85,7 @@ impl Store {
     /// The database failed; the frame is as before.
     pub async fn next_pass(&self, next: &NextPass, plan: &Plan) -> Result<bool, StoreError> {
         let mut tx = self.begin().await?;
+        lock_job(&mut tx, next.job).await?;
         // Whatever could change the decision changes one of these.
         let mine = sqlx::query(
             "UPDATE frame SET pass = pass + 1 WHERE job = $1 AND frame = $2 AND pass = $3 \

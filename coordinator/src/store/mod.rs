@@ -6,9 +6,11 @@
 //! with worse tails) and reads through another. Pixel data are objects
 //! ([`crate::objects`]), written before the row that names them.
 
+mod asset_use;
 mod assets;
 mod claim;
 mod commit;
+mod delete;
 mod error;
 mod errors;
 mod extend;
@@ -19,12 +21,15 @@ mod jobs;
 mod leases;
 mod levels;
 mod open;
+mod order;
 mod rows;
 mod submit;
 mod sweep;
 mod time_up;
+mod url;
 mod workers;
 
+pub use asset_use::COUNTED_TABLES;
 pub use claim::{Claimed, ReadyQuery};
 pub use commit::{CommitOutcome, PartRecord};
 pub use error::StoreError;
@@ -37,4 +42,5 @@ pub use levels::{NextPass, PassState};
 pub use open::{Engine, Store};
 pub use rows::{Ended, JobRow};
 pub use submit::{NewJob, Submitted};
+pub use url::DatabaseUrl;
 pub use workers::WorkerRow;

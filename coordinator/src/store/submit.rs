@@ -1,5 +1,6 @@
 //! A job enters the store.
 
+use super::asset_use::note_assets;
 use super::error::{Attempt, StoreError, corrupt};
 use super::open::Store;
 use super::rows::{big, hash, int};
@@ -39,6 +40,8 @@ pub enum Submitted {
     Same(JobId),
     /// The key was used with another body.
     OtherBody(JobId),
+    /// An asset of the manifest is not stored (any more).
+    AssetMissing,
 }
 
 impl Store {
@@ -77,6 +80,9 @@ impl Store {
             .attempt("store idempotency key")?;
         }
         insert_job(&mut tx, id, new, now_ms).await?;
+        if !note_assets(&mut tx, JobId(id), &new.manifest, now_ms).await? {
+            return Ok(Submitted::AssetMissing);
+        }
         tx.commit().await.attempt("commit submission")?;
         Ok(Submitted::New(JobId(id)))
     }
@@ -108,8 +114,9 @@ async fn insert_job(
     let fps = fps.map(|fps| text("fps", fps)).transpose()?;
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
-         tiles, blocks, samples_total, submitted_ms, fps, animation_frames, units_due, stop_s) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16)",
+         tiles, blocks, samples_total, submitted_ms, fps, animation_frames, units_due, stop_s, \
+         assets_noted) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, 1)",
     )
     .bind(id)
     .bind(&new.name)

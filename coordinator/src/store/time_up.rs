@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{int, small};
 use crate::farm::frames_out_of_time;
 use shearwater_shared::job::JobId;
@@ -73,6 +74,7 @@ pub(super) async fn withhold(
     if gone == 0 {
         return Ok(0);
     }
+    lock_job(tx, job).await?;
     for count_again in [
         "UPDATE frame SET units_due = (SELECT count(*) FROM unit u WHERE u.job = frame.job \
          AND u.frame = frame.frame AND u.state < 3) \

@@ -1,46 +1,80 @@
-//! The store's promises, as a function of a store: every engine runs the same.
+//! The store's promises, as functions of a store: every engine runs the same.
 
+mod engines;
 mod events;
+mod objects;
+mod races;
 mod suite;
 
-use shearwater_coordinator::store::Store;
+use engines::Database;
+use shearwater_coordinator::store::DatabaseUrl;
 
-async fn sqlite(folder: &std::path::Path) -> Store {
-    let url = format!("sqlite://{}/farm.db?mode=rwc", folder.display());
-    Store::open(&url).await.expect("open")
+/// Each promise as a test for each engine.
+macro_rules! on_both_engines {
+    ($($name:ident: $promise:path;)*) => {$(
+        mod $name {
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn sqlite() {
+                $promise(&super::Database::sqlite()).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn postgres() {
+                if let Some(database) = super::Database::postgres(module_path!()).await {
+                    $promise(&database).await;
+                }
+            }
+        }
+    )*};
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn sqlite_keeps_its_promises() {
-    let folder = tempfile::tempdir().expect("folder");
-    suite::run(&sqlite(folder.path()).await).await;
+on_both_engines! {
+    promises: super::promises;
+    every_order_of_events: super::every_order_of_events;
+    created_by_many_at_once: super::created_by_many_at_once;
+    everything_at_once: super::races::everything_at_once;
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn sqlite_survives_every_order_of_events() {
-    let folder = tempfile::tempdir().expect("folder");
-    let store = sqlite(folder.path()).await;
+async fn promises(database: &Database) {
+    suite::run(&database.open().await).await;
+}
+
+async fn every_order_of_events(database: &Database) {
+    let store = database.open().await;
     for seed in 1..=12 {
         events::random_events_count_everything_once(&store, seed).await;
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn many_processes_may_create_one_database_at_once() {
-    for _ in 0..5 {
-        let folder = tempfile::tempdir().expect("folder");
-        let opens = (0..4).map(|_| {
-            let path = folder.path().to_owned();
-            tokio::spawn(async move { sqlite(&path).await.ping().await })
-        });
-        for open in opens.collect::<Vec<_>>() {
-            open.await.expect("task").expect("answers");
-        }
+async fn created_by_many_at_once(database: &Database) {
+    let opens = (0..4).map(|_| {
+        let url = database.url.clone();
+        let open = async move { shearwater_coordinator::store::Store::open(&url).await };
+        tokio::spawn(async move { open.await.expect("open").ping().await })
+    });
+    for open in opens.collect::<Vec<_>>() {
+        open.await.expect("task").expect("answers");
     }
 }
 
+#[test]
+fn unknown_engines_are_refused() {
+    let error = DatabaseUrl::parse("mysql://x").expect_err("no such engine");
+    assert!(error.to_string().contains("mysql"), "{error}");
+}
+
 #[tokio::test]
-async fn unknown_engines_are_refused() {
-    let error = Store::open("mysql://x").await.expect_err("no such engine");
-    assert!(error.to_string().contains("mysql://x"), "{error}");
+async fn a_wrong_password_is_said_without_it() {
+    let Some(database) = Database::postgres("a wrong password").await else {
+        return;
+    };
+    let right = std::env::var("SHEARWATER_TEST_POSTGRES").expect("set");
+    let wrong = right.replace("farm-secret", "not-the-password");
+    assert_ne!(right, wrong);
+    let url = DatabaseUrl::parse(&wrong).expect("URL");
+    let error = shearwater_coordinator::store::Store::open(&url).await;
+    let error = error.expect_err("wrong password").to_string();
+    assert!(!error.contains("not-the-password"), "{error}");
+    assert!(error.contains("password"), "{error}");
+    drop(database);
 }

@@ -25,7 +25,7 @@ pub(crate) async fn submit(store: &Store) -> JobId {
     submit_frames(store, SETTINGS.frames).await
 }
 
-async fn submit_frames(store: &Store, frames: u32) -> JobId {
+pub(crate) async fn submit_frames(store: &Store, frames: u32) -> JobId {
     let new = NewJob {
         name: "job".into(),
         manifest: Manifest {
@@ -39,6 +39,8 @@ async fn submit_frames(store: &Store, frames: u32) -> JobId {
         priority: 0,
         idempotency: None,
     };
+    let scene = new.manifest.scene;
+    assert!(store.add_asset(&scene, 5, 1).await.expect("asset"));
     match store.submit(&new, 1).await.expect("submit") {
         Submitted::New(id) => id,
         other => panic!("{other:?}"),
@@ -278,6 +280,7 @@ async fn errors_are_noted_when_they_have_changed(store: &Store) {
     fold(2, 1).await;
     assert_eq!(due().await, None);
     store.delete_job(job).await.expect("delete");
+    gone(store, job).await;
     assert_eq!(page(0, 9).await, [0; 0], "gone with its job");
     store.add_error(job, &first).await.expect("no job, no row");
     assert_eq!(page(0, 9).await, [0; 0]);
@@ -483,6 +486,14 @@ async fn a_lease_ends_with_its_last_run(store: &Store) {
     assert!(closed(second.id).await);
 }
 
+/// Remove a deleted job's rows, as the background does.
+async fn gone(store: &Store, job: JobId) {
+    assert!(store.deletions().await.expect("read").contains(&job));
+    while store.delete_some(job).await.expect("step") > 0 {}
+    store.deletion_done(job).await.expect("end");
+    assert!(!store.deletions().await.expect("read").contains(&job));
+}
+
 async fn everything_of_a_deleted_job_goes(store: &Store) {
     let job = submit(store).await;
     let claimed = claim(store, job, 16, 1, 1000).await.expect("work");
@@ -490,6 +501,7 @@ async fn everything_of_a_deleted_job_goes(store: &Store) {
     store.commit(&record, 2).await.expect("commit");
     assert!(store.delete_job(job).await.expect("delete"));
     assert!(!store.delete_job(job).await.expect("delete"));
+    gone(store, job).await;
     assert_eq!(store.job(job).await.expect("read"), None);
     assert_eq!(store.lease(claimed.id).await.expect("read"), None);
     assert!(!store.names_object(&record.object).await.expect("look"));

@@ -1,16 +1,21 @@
 //! Write-once objects: assets, parts and films.
 //!
-//! Every object is durable (fsynced, with its directory) before `put` returns,
+//! Every object is durable (in a folder: synced, with its directory) before `put` returns,
 //! and its content never changes afterwards: names of parts and films carry a nonce, so
 //! no two writers ever meet and a row names either the whole object or nothing.
 
+mod leavings;
+mod upload;
+mod url;
+
+pub use upload::Upload;
+pub use url::{ObjectsUrl, ObjectsUrlError};
+
 use axum::body::Bytes;
 use futures_util::stream::{BoxStream, StreamExt, TryStreamExt};
-use object_store::local::LocalFileSystem;
 use object_store::path::Path;
 use object_store::{
-    Error, GetResult, MultipartUpload, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode,
-    PutOptions, PutPayload,
+    Error, GetResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload,
 };
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
@@ -25,6 +30,8 @@ pub const PARTS: &str = "part";
 pub const FILMS: &str = "film";
 /// Prefix of assets: `asset/<hash>`.
 pub const ASSETS: &str = "asset";
+/// Prefix of objects that only try whether objects can be written.
+pub const PROBES: &str = "probe";
 
 /// An object could not be written, read or removed.
 #[derive(Debug, thiserror::Error)]
@@ -48,6 +55,8 @@ impl ObjectError {
 #[derive(Clone, Debug)]
 pub struct Objects {
     store: Arc<dyn ObjectStore>,
+    /// Where they are, if in a folder.
+    folder: Option<std::path::PathBuf>,
     /// Random enough for one process: time and process number.
     process: u64,
     serial: Arc<AtomicU64>,
@@ -59,23 +68,22 @@ impl Objects {
     /// # Errors
     /// The folder cannot be used.
     pub fn local(folder: &std::path::Path) -> Result<Self, ObjectError> {
-        let store = LocalFileSystem::new_with_prefix(folder)
-            .map_err(|source| ObjectError {
-                name: folder.display().to_string(),
-                source,
-            })?
-            .with_fsync(true);
+        ObjectsUrl::Folder(folder.to_owned()).open()
+    }
+
+    fn new(store: Arc<dyn ObjectStore>, folder: Option<std::path::PathBuf>) -> Self {
         let since = SystemTime::now().duration_since(UNIX_EPOCH);
         let mut hasher = blake3::Hasher::new();
         hasher.update(&since.map_or(0, |d| d.as_nanos()).to_le_bytes());
         hasher.update(&std::process::id().to_le_bytes());
         let mut process = [0; 8];
         hasher.finalize_xof().fill(&mut process);
-        Ok(Self {
-            store: Arc::new(store),
+        Self {
+            store,
+            folder,
             process: u64::from_le_bytes(process),
             serial: Arc::new(AtomicU64::new(0)),
-        })
+        }
     }
 
     fn nonce(&self) -> String {
@@ -103,9 +111,18 @@ impl Objects {
     }
 
     /// A name for an object that only tries whether objects can be written.
-    #[must_use]
-    pub fn probe_name(&self) -> String {
-        format!("probe/{}", self.nonce())
+    fn probe_name(&self) -> String {
+        format!("{PROBES}/{}", self.nonce())
+    }
+
+    /// Whether objects can be written.
+    ///
+    /// # Errors
+    /// They cannot.
+    pub async fn try_write(&self) -> Result<(), ObjectError> {
+        let name = self.probe_name();
+        self.put(&name, b"probe".to_vec()).await?;
+        self.delete(&name).await
     }
 
     /// The name of an asset.
@@ -117,26 +134,18 @@ impl Objects {
     /// Write a new object; durable when this returns.
     ///
     /// # Errors
-    /// The store failed, or the name is taken.
+    /// The store failed, or the name is taken by other content.
     pub async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), ObjectError> {
+        let bytes = Bytes::from(bytes);
         let options = PutOptions::from(PutMode::Create);
-        self.store
-            .put_opts(&Path::from(name), PutPayload::from(bytes), options)
-            .await
-            .map_err(|source| failed(name, source))?;
-        Ok(())
-    }
-
-    /// Begin an asset that comes in pieces; nothing is visible before it is
-    /// complete.
-    ///
-    /// # Errors
-    /// The store failed.
-    pub async fn upload(&self, name: &str) -> Result<Box<dyn MultipartUpload>, ObjectError> {
-        self.store
-            .put_multipart(&Path::from(name))
-            .await
-            .map_err(|source| failed(name, source))
+        let payload = PutPayload::from_bytes(bytes.clone());
+        let put = self.store.put_opts(&Path::from(name), payload, options);
+        match put.await {
+            Ok(_) => Ok(()),
+            // A repetition of our own, whose first answer was lost on the way.
+            Err(Error::AlreadyExists { .. }) if self.get(name).await? == bytes => Ok(()),
+            Err(source) => Err(failed(name, source)),
+        }
     }
 
     /// A whole object.
