@@ -3,18 +3,18 @@
 mod common;
 mod meddler;
 
-use common::farm::{Farm, render, render_as, worker_for};
+use common::farm::{Farm, render, render_as, right_answer, worker_for};
+use common::stores::{Pair, on_both_pairs};
 use common::{scene, until};
 use meddler::Meddler;
-use std::sync::OnceLock;
 
-/// What `render` says on this machine, asked once.
-fn right_answer() -> &'static str {
-    static HASH: OnceLock<String> = OnceLock::new();
-    HASH.get_or_init(|| {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        render(&scene::write(folder.path()), &["--threads", "1"])
-    })
+on_both_pairs! {
+    one_worker_of_two_threads;
+    three_workers;
+    a_worker_killed_in_its_lease;
+    a_worker_told_to_end_hands_its_runs_back;
+    a_coordinator_killed_twice;
+    results_twice_and_shuffled;
 }
 
 #[test]
@@ -55,25 +55,22 @@ fn one_worker_of_one_thread() {
     assert_eq!(farm.film_hash(&id), right_answer());
 }
 
-#[test]
-fn one_worker_of_two_threads() {
-    let farm = Farm::start();
+fn one_worker_of_two_threads(pair: Pair) {
+    let farm = Farm::start_on(pair);
     let _worker = farm.worker(2);
     let id = farm.submit(&[]);
     assert_eq!(farm.film_hash(&id), right_answer());
 }
 
-#[test]
-fn three_workers() {
-    let farm = Farm::start();
+fn three_workers(pair: Pair) {
+    let farm = Farm::start_on(pair);
     let _workers = [farm.worker(1), farm.worker(2), farm.worker(1)];
     let id = farm.submit(&[]);
     assert_eq!(farm.film_hash(&id), right_answer());
 }
 
-#[test]
-fn a_worker_killed_in_its_lease() {
-    let farm = Farm::start();
+fn a_worker_killed_in_its_lease(pair: Pair) {
+    let farm = Farm::start_on(pair);
     let id = farm.submit(&[]);
     let doomed = farm.worker(1);
     farm.under_way(&id, 1);
@@ -84,9 +81,8 @@ fn a_worker_killed_in_its_lease() {
     assert_eq!(farm.film_hash(&id), right_answer());
 }
 
-#[test]
-fn a_worker_told_to_end_hands_its_runs_back() {
-    let farm = Farm::start();
+fn a_worker_told_to_end_hands_its_runs_back(pair: Pair) {
+    let farm = Farm::start_on(pair);
     let id = farm.submit(&[]);
     let leaving = farm.worker(1);
     farm.under_way(&id, 1);
@@ -96,9 +92,8 @@ fn a_worker_told_to_end_hands_its_runs_back() {
     assert_eq!(farm.film_hash(&id), right_answer());
 }
 
-#[test]
-fn a_coordinator_killed_twice() {
-    let mut farm = Farm::start();
+fn a_coordinator_killed_twice(pair: Pair) {
+    let mut farm = Farm::start_on(pair);
     let id = farm.submit(&[]);
     let mut worker = farm.worker(1);
     for units in [1, 8] {
@@ -113,9 +108,8 @@ fn a_coordinator_killed_twice() {
     assert!(worker.runs(), "the worker survives its coordinator");
 }
 
-#[test]
-fn results_twice_and_shuffled() {
-    let farm = Farm::start();
+fn results_twice_and_shuffled(pair: Pair) {
+    let farm = Farm::start_on(pair);
     let meddler = Meddler::start(&farm.url);
     let id = farm.submit(&[]);
     let _worker = worker_for(meddler.url(), 2);

@@ -1,10 +1,12 @@
 //! A farm of real processes.
 
 use super::process::{Ended, Process, command, run};
-use super::{scene, until};
+use super::stores::{Pair, Places};
+use super::{http, scene, until};
 use serde_json::Value;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU16, Ordering};
 
 /// A coordinator with its store and scene; workers belong to the tests.
@@ -12,8 +14,15 @@ pub(crate) struct Farm {
     pub(crate) url: String,
     pub(crate) scene: PathBuf,
     folder: tempfile::TempDir,
+    pub(crate) places: Places,
     port: u16,
     coordinator: Option<Process>,
+}
+
+/// One more coordinator on a farm's stores.
+pub(crate) struct Replica {
+    pub(crate) url: String,
+    pub(crate) process: Process,
 }
 
 /// A free port that no outgoing connection can take while the coordinator is
@@ -29,35 +38,59 @@ fn steady_port() -> u16 {
 }
 
 impl Farm {
-    /// Start a coordinator with an empty store.
+    /// Start a coordinator with an empty store of a laptop.
     pub(crate) fn start() -> Self {
+        Self::start_on(Pair::Laptop)
+    }
+
+    /// Start a coordinator with empty stores.
+    pub(crate) fn start_on(pair: Pair) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
+        let places = pair.places(folder.path());
+        Self::start_in(folder, places)
+    }
+
+    /// Start a coordinator with these stores.
+    pub(crate) fn start_with(places: Places) -> Self {
+        Self::start_in(tempfile::tempdir().expect("temporary folder"), places)
+    }
+
+    fn start_in(folder: tempfile::TempDir, places: Places) -> Self {
         let scene = scene::write(&folder.path().join("scene"));
         let port = steady_port();
         let mut farm = Self {
             url: format!("http://127.0.0.1:{port}"),
             scene,
             folder,
+            places,
             port,
             coordinator: None,
         };
-        farm.start_coordinator();
+        farm.coordinator = Some(farm.coordinator_on(port));
         farm
     }
 
-    fn start_coordinator(&mut self) {
-        let data = self.folder.path().join("data");
+    /// Start one more coordinator on the same stores.
+    pub(crate) fn replica(&self) -> Replica {
+        let port = steady_port();
+        Replica {
+            url: format!("http://127.0.0.1:{port}"),
+            process: self.coordinator_on(port),
+        }
+    }
+
+    fn coordinator_on(&self, port: u16) -> Process {
         let mut process = Process::start(
             command(["coordinator", "--json", "--listen"])
-                .arg(format!("127.0.0.1:{}", self.port))
-                .arg("--data")
-                .arg(data),
+                .arg(format!("127.0.0.1:{port}"))
+                .args(&self.places.args)
+                .envs(self.places.envs.iter().cloned()),
         );
         until("the coordinator listens", || {
             assert!(process.runs(), "the coordinator ended");
             process.stdout().contains("http://").then_some(())
         });
-        self.coordinator = Some(process);
+        process
     }
 
     /// Kill the coordinator as a power cut would.
@@ -68,7 +101,7 @@ impl Farm {
     /// Start it again on the same port and store.
     pub(crate) fn restart_coordinator(&mut self) {
         assert!(self.coordinator.is_none());
-        self.start_coordinator();
+        self.coordinator = Some(self.coordinator_on(self.port));
     }
 
     /// Start a worker.
@@ -108,13 +141,33 @@ impl Farm {
     pub(crate) fn film_hash(&self, id: &str) -> String {
         let job = self.client(&["watch", id, "--json"]).ok().json();
         assert_eq!(job["units_done"], job["units_total"]);
-        hash_of(&job["film_hashes"][0])
+        film_hash_of(&job)
+    }
+
+    /// Delete a job.
+    pub(crate) fn delete(&self, id: &str) {
+        let (status, body) = http::send(&self.url, "DELETE", &format!("/v1/jobs/{id}"));
+        assert_eq!(status, 204, "{body}");
     }
 
     /// A folder of the test's own.
     pub(crate) fn folder(&self) -> &Path {
         self.folder.path()
     }
+}
+
+/// What `render` says on this machine, asked once.
+pub(crate) fn right_answer() -> &'static str {
+    static HASH: OnceLock<String> = OnceLock::new();
+    HASH.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        render(&scene::write(folder.path()), &["--threads", "1"])
+    })
+}
+
+/// The hash of a job's first film.
+pub(crate) fn film_hash_of(job: &Value) -> String {
+    hash_of(&job["film_hashes"][0])
 }
 
 /// Start a worker for any address.

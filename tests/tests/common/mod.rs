@@ -4,8 +4,11 @@
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 pub(crate) mod farm;
+pub(crate) mod http;
 pub(crate) mod process;
+pub(crate) mod relay;
 pub(crate) mod scene;
+pub(crate) mod stores;
 
 use std::time::{Duration, Instant};
 

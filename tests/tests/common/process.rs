@@ -38,7 +38,13 @@ pub(crate) struct Ended {
 /// A command without the settings of whoever runs the tests.
 pub(crate) fn command<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(program());
-    for name in ["SHEARWATER_COORDINATOR", "SHEARWATER_SIMD", "RUST_LOG"] {
+    for name in [
+        "SHEARWATER_COORDINATOR",
+        "SHEARWATER_DATABASE",
+        "SHEARWATER_OBJECTS",
+        "SHEARWATER_SIMD",
+        "RUST_LOG",
+    ] {
         command.env_remove(name);
     }
     command.args(args);

@@ -1,0 +1,28 @@
+//! A question over HTTP, without a client library.
+
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+/// Longest wait for an answer.
+const TIMEOUT: Duration = Duration::from_secs(30);
+
+/// `GET` a path of `http://host:port`; status and body.
+pub(crate) fn get(url: &str, path: &str) -> (u16, String) {
+    send(url, "GET", path)
+}
+
+/// The same with another method.
+pub(crate) fn send(url: &str, method: &str, path: &str) -> (u16, String) {
+    let place = url.trim_start_matches("http://");
+    let mut stream = TcpStream::connect(place).expect("connect");
+    stream.set_read_timeout(Some(TIMEOUT)).expect("timeout");
+    let request = format!("{method} {path} HTTP/1.1\r\nHost: {place}\r\nConnection: close\r\n\r\n");
+    stream.write_all(request.as_bytes()).expect("send");
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).expect("answer");
+    let answer = String::from_utf8_lossy(&answer).into_owned();
+    let (head, body) = answer.split_once("\r\n\r\n").expect("head and body");
+    let status = head.split(' ').nth(1).expect("status");
+    (status.parse().expect("number"), body.to_owned())
+}
