@@ -139,8 +139,8 @@ impl Objects {
         let bytes = Bytes::from(bytes);
         let options = PutOptions::from(PutMode::Create);
         let payload = PutPayload::from_bytes(bytes.clone());
-        let put = self.store.put_opts(&Path::from(name), payload, options);
-        match put.await {
+        let path = Path::from(name);
+        match self.store.put_opts(&path, payload, options).await {
             Ok(_) => Ok(()),
             // A repetition of our own, whose first answer was lost on the way.
             Err(Error::AlreadyExists { .. }) if self.get(name).await? == bytes => Ok(()),

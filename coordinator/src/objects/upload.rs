@@ -64,8 +64,9 @@ impl Upload {
         let parts = match &mut self.parts {
             Some(parts) => parts,
             none => {
-                let begun = self.objects.store.put_multipart(&Path::from(&*self.name));
-                none.insert(begun.await.map_err(|e| failed(&self.name, e))?)
+                let path = Path::from(&*self.name);
+                let begun = self.objects.store.put_multipart(&path).await;
+                none.insert(begun.map_err(|e| failed(&self.name, e))?)
             }
         };
         let payload = std::mem::take(&mut self.waiting);

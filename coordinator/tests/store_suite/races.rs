@@ -85,7 +85,8 @@ async fn work(store: Store, race: Arc<Race>, seed: u64) -> u64 {
         }
         for run in claimed.runs {
             if turn.is_multiple_of(13) {
-                let failed = store.record_failure(job, claimed.id, &[run], "w", "ill");
+                let runs = [run];
+                let failed = store.record_failure(job, claimed.id, &runs, "w", "ill");
                 failed.await.expect("record failure");
             }
             for nonce in 0..=(turn % 2) {
