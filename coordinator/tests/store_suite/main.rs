@@ -1,6 +1,10 @@
 //! The store's promises, as a function of a store: every engine runs the same.
 
+mod commits;
+mod ends;
+mod errors;
 mod events;
+mod frames;
 mod suite;
 
 use shearwater_coordinator::store::Store;

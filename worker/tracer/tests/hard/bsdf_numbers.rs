@@ -48,7 +48,7 @@ static SECTION: Section = Section::new(
             note: "Samples and evaluations that are NaN, infinite, negative, or leave below the surface, over all \
                    materials, corners of the random numbers included, and evaluations at the mirror direction, the viewer's own, \
                    the normal and the horizon.",
-            broken_by: "not yet: a direction made NaN on purpose was absorbed before this case could see it",
+            broken_by: "Smith's shadowing divided by 4 cos(o) cos(i), as textbooks write it: NaN at 90 degrees",
             rows: no_light,
         },
         Case {
