@@ -1,5 +1,6 @@
 //! Parts and films: each counts once, whoever comes first.
 
+use crate::errors::brightness;
 use crate::suite::{SETTINGS, claim, part, submit};
 use shearwater_coordinator::store::{CommitOutcome, FoldTask, FrameTile, Store};
 use shearwater_shared::film::TileError;

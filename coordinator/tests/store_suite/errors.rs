@@ -21,7 +21,7 @@ pub(crate) fn error_row(frame: u32, samples: u64, nmse: f64) -> ErrorRow {
     }
 }
 
-fn brightness(light: i64) -> Brightness {
+pub(crate) fn brightness(light: i64) -> Brightness {
     let mut brightness = Brightness::zero();
     (0..100).for_each(|_| brightness.record(light));
     brightness
