@@ -115,7 +115,7 @@ fn narrow_phong(_: Form) -> Vec<Row> {
     let error = libm::sqrt(0.25 / samples as f64);
     vec![
         Row::at_least("distinct angles in 1e6 samples", 1e5, sines.len() as f64),
-        Row::near("peak (n + 2)/2 pi", 159_155.26, peak, 1.6),
+        Row::near("peak (n + 2)/2 pi", 159_155.262, peak, 0.08),
         Row::near("value at 0.06746 deg over the peak", 0.5, half, 1e-3),
         Row::sampled(
             "samples within 0.06746 deg",
