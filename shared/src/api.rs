@@ -155,7 +155,8 @@ pub struct JobView {
     pub elapsed_s: f64,
     /// Samples per second over `elapsed_s`.
     pub samples_per_s: f64,
-    /// Core seconds that workers spent on it.
+    /// Core seconds that workers spent on it: time on a core, whatever else the
+    /// machines did meanwhile.
     pub core_s: f64,
     /// Expected seconds to the end; absent when nothing is known.
     pub remaining_s: Option<f64>,

@@ -120,6 +120,33 @@ fn flip_agrees_with_the_authors_program() {
 }
 
 #[test]
+fn an_adaptive_picture_has_a_row_for_each_number_of_samples() {
+    let place = Place::new();
+    let exr = |stem: PathBuf| stem.with_extension("exr");
+    let adaptive = exr(place.render("adaptive", &["--error", "0.0005", "--spp", "512"]));
+    let reference = exr(place.render("reference", &["--spp", "512", "--seed", "1"]));
+    let found = compare(&adaptive, &reference);
+    let groups = found["groups"].as_array().expect("groups");
+    assert!(groups.len() >= 2, "{found}");
+    let pixels: u64 = groups.iter().filter_map(|g| g["pixels"].as_u64()).sum();
+    let [width, height] = ["width", "height"].map(|side| found[side].as_u64().expect(side));
+    assert_eq!(pixels, width * height);
+    assert_eq!(groups[0]["samples_min"], 64);
+    for group in groups {
+        // Seeds are fixed: what holds once holds always.
+        let z = group["relative_difference"]["z"].as_f64().expect("z");
+        assert!(z.abs() < 4.0, "{group}");
+        let (own, all) = (&group["reference_rel_mse"], &group["rel_mse"]);
+        assert!(
+            own.as_f64().expect("own") < all.as_f64().expect("all"),
+            "{group}"
+        );
+    }
+    let same = compare(&reference, &adaptive);
+    assert_eq!(same["groups"].as_array().map(Vec::len), Some(0));
+}
+
+#[test]
 fn limits_and_pictures_that_do_not_fit() {
     let place = Place::new();
     let small = place.render("small", &["--size", "64x32", "--spp", "2"]);

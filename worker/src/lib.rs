@@ -10,6 +10,7 @@ mod assets;
 mod built;
 mod client;
 mod config;
+mod cpu_time;
 mod error;
 mod heartbeat;
 mod held;

@@ -1,5 +1,6 @@
 //! Render threads and the queue that feeds them.
 
+use crate::cpu_time::thread_cpu_seconds;
 use crate::held::HeldLease;
 use crate::scenes::panic_text;
 use crate::speed::Meter;
@@ -123,7 +124,7 @@ fn render(task: &Task, meter: &Meter, origin: &Origin) -> Outcome {
     if task.lease.is_cancelled() {
         return Outcome::Unwanted;
     }
-    let started = Instant::now();
+    let (started, on_core_from) = (Instant::now(), thread_cpu_seconds());
     let sums = catch_unwind(AssertUnwindSafe(|| {
         render_run(
             &task.scene,
@@ -133,25 +134,26 @@ fn render(task: &Task, meter: &Meter, origin: &Origin) -> Outcome {
         )
     }));
     let seconds = started.elapsed().as_secs_f64();
+    let core_seconds = thread_cpu_seconds() - on_core_from;
     match sums {
         Err(panic) => Outcome::Failed(format!("rendering: {}", panic_text(&*panic))),
         Ok(None) => Outcome::Unwanted,
         Ok(Some(sums)) => {
             let per_pixel = 2 * u64::from(task.samples.end - task.samples.start);
             meter.rendered(task.rect.pixels() as u64 * per_pixel, seconds);
-            encode(task, origin, seconds, sums)
+            encode(task, origin, core_seconds, sums)
         }
     }
 }
 
-fn encode(task: &Task, origin: &Origin, seconds: f64, sums: TileSums) -> Outcome {
+fn encode(task: &Task, origin: &Origin, core_seconds: f64, sums: TileSums) -> Outcome {
     let part = PartUpload {
         job: task.lease.job,
         run: task.run,
         lease: task.lease.id,
         worker: origin.worker.clone(),
         build: origin.build.clone(),
-        core_us: (seconds * 1e6) as u64,
+        core_us: (core_seconds * 1e6) as u64,
         sums,
     };
     match wire::encode_part(&part) {

@@ -1,7 +1,11 @@
 //! The store's promises, as functions of a store: every engine runs the same.
 
+mod commits;
+mod ends;
 mod engines;
+mod errors;
 mod events;
+mod frames;
 mod objects;
 mod races;
 mod suite;

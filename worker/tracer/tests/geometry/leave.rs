@@ -4,43 +4,8 @@ use glam::Vec3;
 use shearwater_tracer::geometry::{Ellipsoid, Geometry, Instance, Particles, Ray, TriMesh};
 use shearwater_tracer::uses::{NOTHING, PARTICLES};
 
+use super::self_hits::self_hits;
 use super::shapes::{Random, alone, octahedron, skew};
-
-/// Rays from outside onto a convex body, then on from the hit into the outer half
-/// space: none may hit. Counts those that do.
-fn self_hits(scene: &Geometry, centre: Vec3, size: f32, count: usize) -> (usize, usize) {
-    let mut r = Random(12);
-    let (mut bad, mut tried) = (0, 0);
-    for _ in 0..count {
-        let from = centre + r.direction() * size * 4.0;
-        let to = centre + r.cube() * size * 0.9;
-        let ray = Ray::new(from, (to - from).normalize());
-        let Some(hit) = scene.intersect::<PARTICLES>(&ray, r.next()) else {
-            continue;
-        };
-        let point = scene.surface_point(&ray, &hit);
-        let n = if point.n_geometric.dot(ray.d) < 0.0 {
-            point.n_geometric
-        } else {
-            -point.n_geometric
-        };
-        let mut w = r.direction();
-        if w.dot(n) < 0.0 {
-            w = -w;
-        }
-        // A third of them grazing.
-        if r.below(3) == 0 {
-            w = (w - n * w.dot(n) * 0.999).normalize();
-        }
-        if w.dot(n) <= 0.0 {
-            continue;
-        }
-        tried += 1;
-        let leaving = Ray::new(point.origin_towards(w), w);
-        bad += usize::from(scene.intersect::<PARTICLES>(&leaving, 0).is_some());
-    }
-    (bad, tried)
-}
 
 #[test]
 fn rays_leave_instances() {
@@ -51,7 +16,7 @@ fn rays_leave_instances() {
         let mesh = TriMesh::build(&positions, &triangles).unwrap();
         let scene =
             Geometry::build(vec![mesh], vec![Instance::new(0, m).unwrap()], None, None).unwrap();
-        let (bad, tried) = self_hits(&scene, m.translation.into(), 0.5, 50_000);
+        let (bad, tried) = self_hits::<PARTICLES>(&scene, m.translation.into(), 0.5, 50_000);
         assert_eq!(bad, 0, "{seed}, of {tried}");
         assert!(tried > 10_000, "{tried}");
     }
@@ -71,7 +36,7 @@ fn rays_leave_ellipsoids() {
         }])
         .unwrap();
         let scene = Geometry::build(vec![], vec![], Some(particles.into()), None).unwrap();
-        let (bad, tried) = self_hits(&scene, centre, radii.min_element(), 200_000);
+        let (bad, tried) = self_hits::<PARTICLES>(&scene, centre, radii.min_element(), 200_000);
         assert_eq!(bad, 0, "{centre}, of {tried}");
         assert!(tried > 50_000, "{tried}");
     }

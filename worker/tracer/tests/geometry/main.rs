@@ -8,6 +8,7 @@ mod leave;
 mod motion;
 mod particles;
 mod robust;
+mod self_hits;
 mod shapes;
 mod sprites;
 mod watertight;

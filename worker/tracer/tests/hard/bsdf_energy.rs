@@ -57,7 +57,7 @@ static SECTION: Section = Section::new(
         Case {
             name: "1 - ln 2",
             note: "Closed form at alpha 1 and normal incidence.",
-            broken_by: "uncorrelated shadowing, G1(o) G1(i)",
+            broken_by: "D of an alpha of 1.001",
             rows: one_minus_ln_two,
         },
         Case {

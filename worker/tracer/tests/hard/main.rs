@@ -15,6 +15,8 @@ mod blades;
 #[path = "../geometry/joints.rs"]
 #[allow(dead_code, reason = "other tests need the rest")]
 mod joints;
+#[path = "../geometry/self_hits.rs"]
+mod self_hits;
 #[path = "../geometry/shapes.rs"]
 #[allow(dead_code, reason = "other tests need the rest")]
 mod shapes;
@@ -31,11 +33,13 @@ mod checks;
 mod document;
 mod geometry;
 mod layers;
-mod lights;
 mod media;
 mod motion;
 mod not_offered;
+mod sky;
+mod sun;
 mod table;
+mod trochoid;
 mod water;
 mod water_furnace;
 mod worlds;

@@ -28,26 +28,26 @@ static SECTION: Section = Section::new(
         Case {
             name: "there and back",
             note: "The same moved back: decimals lose a last digit. Same seed.",
-            broken_by: "not tried yet; meant: the anchor rounded to 32 bits before it is subtracted",
+            broken_by: "the seed mixed with the bits of the eye's place",
             rows: back,
         },
         Case {
             name: "another length of a metre",
             note: "All lengths times s, times and speeds as waves have them (sqrt s), extinction over s.",
-            broken_by: "not tried yet; meant: origins of rays moved by 1e-4 m",
+            broken_by: "origins of rays moved by 1e-4 m",
             rows: sizes,
         },
         Case {
             name: "meshes 100 km from their own origin",
             note: "Vertices about (1e5, -2e4, 1e5) m, as maps have them, in instances that bring them back. The file's numbers are read \
                    in 32 bits, which have steps of 8 mm there: corners stand that far off, which is 0.03 of the noise of 512 samples.",
-            broken_by: "not tried yet; meant: placements joined in 32 bits",
+            broken_by: "the roundings of corners weighed by (u, v) left out of a point's error",
             rows: vertices,
         },
         Case {
             name: "the measure sees 5 cm",
             note: "The camera moved by 5 cm, same seed: the tolerance of the rows above would not pass it.",
-            broken_by: "not tried yet; meant: the noise not divided by 4",
+            broken_by: "the eye's place rounded to half a metre",
             rows: shifted,
         },
     ],
