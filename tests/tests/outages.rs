@@ -82,7 +82,7 @@ fn hold(file: &Path) -> Child {
     const PROGRAM: &str = "import sqlite3, sys, time\n\
         c = sqlite3.connect(sys.argv[1], isolation_level=None, timeout=30)\n\
         c.execute('BEGIN IMMEDIATE')\n\
-        time.sleep(12)\n";
+        time.sleep(16)\n";
     let held = Command::new("python3").args(["-c", PROGRAM]).arg(file).spawn();
     held.expect("python3")
 }

@@ -124,10 +124,12 @@ pub(crate) fn query<T>(query: Result<Query<T>, QueryRejection>) -> Result<T, Api
 
 /// A worker's name and instance, of a sensible length.
 pub(crate) fn check_worker(worker: &WorkerId) -> Result<(), ApiError> {
-    let long = |text: &str| text.len() > NAME_BYTES_MAX;
-    if worker.instance.is_empty() || long(&worker.instance) || long(&worker.name) {
+    // PostgreSQL stores no text with a NUL.
+    let wrong = |text: &str| text.len() > NAME_BYTES_MAX || text.contains('\0');
+    if worker.instance.is_empty() || wrong(&worker.instance) || wrong(&worker.name) {
         return Err(ApiError::BadRequest(format!(
-            "worker: instance must have 1 to {NAME_BYTES_MAX} bytes, name at most so many"
+            "worker: instance must have 1 to {NAME_BYTES_MAX} bytes, name at most so many, none of \
+             them 0"
         )));
     }
     Ok(())

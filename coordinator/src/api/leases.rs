@@ -162,7 +162,9 @@ pub(crate) async fn failure(
         .job_rev(report.job)
         .await?
         .ok_or_else(|| no_job(report.job))?;
-    let reason: String = report.reason.chars().take(REASON_CHARS_MAX).collect();
+    // PostgreSQL stores no text with a NUL.
+    let said = report.reason.chars().filter(|&c| c != '\0');
+    let reason: String = said.take(REASON_CHARS_MAX).collect();
     let worker = &report.worker.name;
     if report.kind == FailureKind::Scene {
         tracing::info!(job = %report.job, worker, reason, "the scene is wrong");

@@ -34,8 +34,13 @@ pub(crate) async fn submit(
     let idempotency = idempotency(&headers, &request)?;
     let scene = checked_scene(&app, &request).await?;
     let settings = settings::merged(&request.settings, &scene)?;
+    let name = request.name.unwrap_or(scene.name);
+    if name.contains('\0') {
+        // PostgreSQL stores no such text.
+        return Err(ApiError::Invalid("name: must not hold a NUL character".into()));
+    }
     let new = NewJob {
-        name: request.name.unwrap_or(scene.name),
+        name,
         manifest: request.manifest,
         settings,
         post: scene.post,

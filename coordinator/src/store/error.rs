@@ -11,6 +11,14 @@ pub enum StoreError {
         /// The database's words.
         source: sqlx::Error,
     },
+    /// No connection.
+    #[error("cannot open the database {url}: {source}; does it run, and may this user use it?")]
+    Open {
+        /// Which one, without its password.
+        url: String,
+        /// The database's words.
+        source: sqlx::Error,
+    },
     /// The tables could not be brought to this version.
     #[error(
         "database migration failed: {0}; is the database of another program or a later version?"

@@ -163,7 +163,16 @@ impl Store {
         let mut tried = 0;
         loop {
             tried += 1;
-            match migrator().run(&self.write).await {
+            let mut connection = self.write.acquire().await.attempt("open")?;
+            if self.engine == Engine::Postgres {
+                // A large table takes its time.
+                let unbounded = connection.execute("SET statement_timeout = 0").await;
+                unbounded.attempt("open")?;
+            }
+            let migrated = migrator().run(&mut *connection).await;
+            // The next one begins with all settings.
+            connection.close().await.attempt("open")?;
+            match migrated {
                 Ok(()) => return Ok(()),
                 Err(error) if tried == MIGRATION_TRIES => return Err(error.into()),
                 Err(error) => {
@@ -230,7 +239,10 @@ async fn pool(url: &DatabaseUrl, connections: u32) -> Result<AnyPool, StoreError
         })
         .connect(url.secret())
         .await
-        .attempt("open")
+        .map_err(|source| StoreError::Open {
+            url: url.to_string(),
+            source,
+        })
 }
 
 #[cfg(test)]
