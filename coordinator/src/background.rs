@@ -4,6 +4,7 @@ use crate::app::{App, now_ms};
 use crate::farm::QUARANTINE_MS;
 use crate::fold;
 use crate::objects::{FILMS, PARTS};
+use crate::webhook;
 use futures_util::StreamExt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -25,6 +26,7 @@ pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
         tokio::spawn(reap(Arc::clone(app))),
         tokio::spawn(fold_all(Arc::clone(app))),
         tokio::spawn(sweep(Arc::clone(app))),
+        tokio::spawn(webhook::tell_all(Arc::clone(app))),
     ]
 }
 

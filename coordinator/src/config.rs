@@ -2,6 +2,7 @@
 
 use crate::objects::ObjectError;
 use crate::store::StoreError;
+use crate::webhook::{CallerError, Secret};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -30,6 +31,11 @@ pub struct Config {
     /// Age at which an object that no row names is removed, in milliseconds:
     /// longer than any upload lasts.
     pub orphan_grace_ms: u64,
+    /// Hosts that webhooks may call although their addresses are not public; `*` is
+    /// any.
+    pub webhook_allow: Vec<String>,
+    /// Signs webhooks of jobs without a secret of their own.
+    pub webhook_secret: Option<Secret>,
 }
 
 impl Config {
@@ -46,6 +52,8 @@ impl Config {
             lease_ttl_ms: 15_000,
             ask_again_ms: 1_000,
             orphan_grace_ms: 3_600_000,
+            webhook_allow: Vec::new(),
+            webhook_secret: None,
         }
     }
 
@@ -92,6 +100,12 @@ pub enum StartError {
         /// The system's words.
         source: std::io::Error,
     },
+    /// The description of the API: a fault of the program.
+    #[error("the description of the API cannot be written: {0}")]
+    Document(#[from] serde_json::Error),
+    /// Webhooks.
+    #[error(transparent)]
+    Webhooks(#[from] CallerError),
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),

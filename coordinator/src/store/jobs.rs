@@ -195,6 +195,7 @@ impl Store {
             "DELETE FROM lease WHERE job = $1",
             "DELETE FROM failure WHERE job = $1",
             "DELETE FROM idem WHERE job = $1",
+            "DELETE FROM webhook WHERE job = $1",
         ] {
             sqlx::query(statement)
                 .bind(id.0)

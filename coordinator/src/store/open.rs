@@ -3,7 +3,7 @@
 use super::error::{Attempt, StoreError};
 use sqlx::any::AnyPoolOptions;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::{Any, AnyPool, Connection, Executor, SqlSafeStr, Transaction};
+use sqlx::{Any, AnyPool, Connection, Executor, Row, SqlSafeStr, Transaction};
 use std::time::Duration;
 
 /// Reading connections of one process: progress, listings and pictures read
@@ -81,6 +81,23 @@ impl Store {
         Ok(())
     }
 
+    /// Whether the tables are those of this version: another coordinator of a later
+    /// one may have migrated them since this one started.
+    ///
+    /// # Errors
+    /// The database does not answer.
+    pub async fn tables_fit(&self) -> Result<bool, StoreError> {
+        let row = sqlx::query(
+            "SELECT CAST(coalesce(max(version), 0) AS BIGINT) AS version FROM _sqlx_migrations",
+        )
+        .fetch_one(&self.read)
+        .await
+        .attempt("read version of tables")?;
+        let found: i64 = row.try_get("version").attempt("version")?;
+        let ours = migrator().iter().map(|migration| migration.version).max();
+        Ok(ours == Some(found))
+    }
+
     /// Close every connection; waits for running statements.
     pub async fn close(&self) {
         self.read.close().await;
@@ -136,6 +153,11 @@ fn migrator() -> Migrator {
             include_str!("../../migrations/0004_errors.sql"),
         ),
         simple(5, "stop", include_str!("../../migrations/0005_stop.sql")),
+        simple(
+            9,
+            "webhook",
+            include_str!("../../migrations/0009_webhook.sql"),
+        ),
     ])
 }
 
@@ -172,7 +194,6 @@ async fn pool(engine: Engine, url: &str, connections: u32) -> Result<AnyPool, St
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sqlx::Row;
 
     async fn store(folder: &tempfile::TempDir) -> Store {
         let url = format!("sqlite://{}/farm.db?mode=rwc", folder.path().display());

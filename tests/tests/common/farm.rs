@@ -50,6 +50,7 @@ impl Farm {
         let mut process = Process::start(
             command(["coordinator", "--json", "--listen"])
                 .arg(format!("127.0.0.1:{}", self.port))
+                .args(["--webhook-allow", "127.0.0.1"])
                 .arg("--data")
                 .arg(data),
         );
