@@ -145,8 +145,8 @@ fn would_be(new: NewJob) -> SubmitCheck {
 #[serde(untagged)]
 #[allow(dead_code)]
 enum SubmitAnswer {
-    Same(JobView),
-    Check(SubmitCheck),
+    Same(Box<JobView>),
+    Check(Box<SubmitCheck>),
 }
 
 async fn created(app: &App, id: JobId, status: StatusCode) -> Result<Response, ApiError> {
