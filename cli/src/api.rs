@@ -6,7 +6,7 @@ use reqwest::{RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
     AddSamples, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest,
-    MissingResponse, Problem, SettingsOverride, SubmitRequest,
+    MissingResponse, Problem, SettingsOverride, SubmitRequest, WebhookRequest,
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;
@@ -218,6 +218,7 @@ impl Api {
         name: Option<String>,
         settings: SettingsOverride,
         priority: i32,
+        webhook: Option<WebhookRequest>,
     ) -> Result<JobView, CliError> {
         let request = MissingRequest {
             hashes: bundle.sources.keys().copied().collect(),
@@ -239,6 +240,7 @@ impl Api {
             manifest: bundle.manifest.clone(),
             settings,
             priority,
+            webhook,
         };
         self.json(self.http.post(self.url(routes::JOBS)?).json(&request))
             .await

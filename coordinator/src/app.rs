@@ -4,6 +4,7 @@ use crate::config::{Config, StartError};
 use crate::objects::{Objects, ObjectsUrl};
 use crate::store::{DatabaseUrl, Store};
 use crate::trouble::Troubles;
+use crate::webhook::Caller;
 use std::fmt::Write;
 use std::path::Path;
 use std::sync::Arc;
@@ -27,6 +28,7 @@ pub(crate) struct App {
     pub(crate) config: Config,
     pub(crate) store: Store,
     pub(crate) objects: Objects,
+    pub(crate) webhooks: Caller,
     /// Counts up when units become ready.
     pub(crate) work: watch::Sender<u64>,
     /// Counts up when a job changes.
@@ -57,10 +59,12 @@ impl App {
         let until_ms = now_ms().saturating_add_unsigned(config.lease_ttl_ms);
         store.prolong_all(until_ms).await?;
         let threads = std::thread::available_parallelism().map_or(2, usize::from);
+        let webhooks = Caller::new(&config)?;
         Ok(Self {
             config,
             store,
             objects,
+            webhooks,
             work: watch::Sender::new(0),
             change: watch::Sender::new(0),
             deleted: Notify::new(),

@@ -5,6 +5,7 @@ use crate::farm::QUARANTINE_MS;
 use crate::fold;
 use crate::sweep::{Grace, Swept, finish_deletions, sweep};
 use crate::trouble;
+use crate::webhook;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
@@ -29,6 +30,7 @@ pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
         tokio::spawn(sweep_all(Arc::clone(app))),
         tokio::spawn(finish_all_deletions(Arc::clone(app))),
         tokio::spawn(trouble::watch(Arc::clone(app))),
+        tokio::spawn(webhook::tell_all(Arc::clone(app))),
     ]
 }
 

@@ -2,6 +2,7 @@
 
 use crate::objects::{ObjectError, ObjectsUrl};
 use crate::store::{DatabaseUrl, StoreError};
+use crate::webhook::{CallerError, Secret};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -38,6 +39,11 @@ pub struct Config {
     /// Age since its last use at which an asset that no job needs is removed, in
     /// milliseconds: people submit a scene again within days.
     pub asset_grace_ms: u64,
+    /// Hosts that webhooks may call although their addresses are not public; `*` is
+    /// any.
+    pub webhook_allow: Vec<String>,
+    /// Signs webhooks of jobs without a secret of their own.
+    pub webhook_secret: Option<Secret>,
 }
 
 impl Config {
@@ -57,6 +63,8 @@ impl Config {
             ask_again_ms: 1_000,
             orphan_grace_ms: 3_600_000,
             asset_grace_ms: 7 * 24 * 3_600_000,
+            webhook_allow: Vec::new(),
+            webhook_secret: None,
         }
     }
 
@@ -103,6 +111,12 @@ pub enum StartError {
         /// The system's words.
         source: std::io::Error,
     },
+    /// The description of the API: a fault of the program.
+    #[error("the description of the API cannot be written: {0}")]
+    Document(#[from] serde_json::Error),
+    /// Webhooks.
+    #[error(transparent)]
+    Webhooks(#[from] CallerError),
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),

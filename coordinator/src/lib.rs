@@ -22,9 +22,11 @@ pub mod objects;
 pub mod store;
 pub mod sweep;
 mod trouble;
+mod webhook;
 
 pub use config::{Config, StartError};
 pub use gc::{GcError, GcReport, gc};
+pub use webhook::{CallerError, Secret};
 
 use app::App;
 use axum::serve::ListenerExt;
@@ -61,7 +63,7 @@ impl Coordinator {
         let addr = listener
             .local_addr()
             .map_err(|source| StartError::Listen { listen, source })?;
-        let router = api::router(Arc::clone(&app));
+        let router = api::router(Arc::clone(&app))?;
         let mut stopping = app.stopping.subscribe();
         let server = tokio::spawn(async move {
             // Small answers to waiting workers must not sit in a send buffer.

@@ -7,9 +7,10 @@ use crate::plan::Run;
 use crate::stop::ErrorTarget;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 /// Body of `POST /v1/jobs`. The scene and its files must be uploaded first.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubmitRequest {
     /// Name for people; default is the scene's.
@@ -23,10 +24,109 @@ pub struct SubmitRequest {
     /// Jobs of higher priority are served first.
     #[serde(default)]
     pub priority: i32,
+    /// Whom to tell when the job ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub webhook: Option<WebhookRequest>,
+}
+
+/// Whom to tell about the end of a job, by a signed `POST`.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WebhookRequest {
+    /// `http` or `https`, without user and password.
+    #[schema(max_length = 2000)]
+    pub url: String,
+    /// Signs the message; default is the farm's. The API never shows it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_length = 16, max_length = 200)]
+    pub secret: Option<String>,
+}
+
+/// What became of telling about the end of a job.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct WebhookView {
+    /// Whom: without its query, which may hold secrets.
+    pub url: String,
+    /// Where it stands.
+    pub state: WebhookState,
+    /// Tries so far, of the job's latest end.
+    pub attempts: u32,
+    /// What the receiver said last, as an HTTP status.
+    #[serde(default)]
+    pub last_status: Option<u16>,
+    /// Why the last try failed.
+    #[serde(default)]
+    pub last_error: Option<String>,
+    /// When the receiver took it, milliseconds since 1970.
+    #[serde(default)]
+    pub delivered_ms: Option<i64>,
+}
+
+/// Where a webhook stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WebhookState {
+    /// The job has not ended.
+    Waiting,
+    /// It has; the receiver has not taken the message yet.
+    Trying,
+    /// The receiver took it.
+    Delivered,
+    /// The receiver did not take it in time.
+    GivenUp,
+}
+
+/// Body of a webhook's `POST`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct WebhookEvent {
+    /// The same for every repetition of one message; unique within a farm.
+    pub id: String,
+    /// What happened.
+    #[serde(rename = "type")]
+    pub kind: WebhookEventKind,
+    /// When the job ended, milliseconds since 1970.
+    pub at_ms: i64,
+    /// The job as it is when this is sent.
+    pub job: JobView,
+}
+
+/// What a webhook tells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub enum WebhookEventKind {
+    /// Its pictures are final.
+    #[serde(rename = "job.done")]
+    Done,
+    /// It cannot be rendered.
+    #[serde(rename = "job.failed")]
+    Failed,
+    /// A user stopped it.
+    #[serde(rename = "job.cancelled")]
+    Cancelled,
+}
+
+/// What a submission would become: the answer to `validate_only`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct SubmitCheck {
+    /// Name of the job.
+    pub name: String,
+    /// What would be rendered.
+    pub settings: RenderSettings,
+    /// Frames of the scene's animation per second; absent without one.
+    #[serde(default)]
+    pub fps: Option<f64>,
+    /// Frames of the scene's animation; absent without one.
+    #[serde(default)]
+    pub animation_frames: Option<u32>,
+    /// Units of all frames; with an error target those of the first pass.
+    pub units_total: u64,
+    /// Samples per pixel times pixels, over all frames; with an error target the most.
+    pub samples_max: u64,
 }
 
 /// Settings that replace the scene's.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct SettingsOverride {
     /// Picture width in pixels.
@@ -58,7 +158,9 @@ pub struct SettingsOverride {
 
 /// Body of `POST /v1/jobs/{id}/samples`: what is to be added to a job, finished or
 /// not.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct AddSamples {
     /// The new total of samples per pixel; for a job with an error target the most
@@ -79,7 +181,7 @@ pub struct AddSamples {
 
 /// Which rule ended a job's frames.
 #[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema, ToSchema,
 )]
 #[serde(rename_all = "snake_case")]
 pub enum StopCause {
@@ -92,7 +194,7 @@ pub enum StopCause {
 }
 
 /// A job as the API shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct JobView {
     /// Number.
     pub id: JobId,
@@ -190,12 +292,15 @@ pub struct JobView {
     /// [`FILM_HASHES_MAX`](crate::limits::FILM_HASHES_MAX) frames. Those of
     /// larger jobs are in [`FramePage`]s.
     pub film_hashes: Vec<ContentHash>,
+    /// Whom its end is told, and what became of it; absent without.
+    #[serde(default)]
+    pub webhook: Option<WebhookView>,
     /// Counts up with every change.
     pub rev: i64,
 }
 
 /// A frame of a job as the API shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct FrameView {
     /// The scene's number of the frame.
     pub frame: u32,
@@ -212,7 +317,7 @@ pub struct FrameView {
 }
 
 /// Where a frame stands.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FrameState {
     /// No unit of it was handed out yet, or nothing came back.
@@ -224,7 +329,7 @@ pub enum FrameState {
 }
 
 /// One page of a job's frames.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct FramePage {
     /// In frame order, every frame of the job.
     pub frames: Vec<FrameView>,
@@ -233,7 +338,7 @@ pub struct FramePage {
 }
 
 /// The error of a frame at one moment.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct ErrorPoint {
     /// The scene's number of the frame.
     pub frame: u32,
@@ -250,7 +355,7 @@ pub struct ErrorPoint {
 }
 
 /// One page of a frame's error against time.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct ErrorPage {
     /// In order of samples: one when they are at least 1.2 times those of the last,
     /// and one of the final film.
@@ -260,7 +365,7 @@ pub struct ErrorPage {
 }
 
 /// One page of jobs.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct JobPage {
     /// Newest first.
     pub jobs: Vec<JobView>,
@@ -269,7 +374,7 @@ pub struct JobPage {
 }
 
 /// Body of `POST /v1/assets/missing`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MissingRequest {
     /// Hashes that the client could upload.
@@ -277,7 +382,7 @@ pub struct MissingRequest {
 }
 
 /// Answer: those that the coordinator lacks.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct MissingResponse {
     /// Upload these.
     pub missing: Vec<ContentHash>,
@@ -285,7 +390,7 @@ pub struct MissingResponse {
 
 /// Who a worker is. The instance is random per process: a name that comes back
 /// after a crash is another worker.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WorkerId {
     /// Name for people.
@@ -295,7 +400,7 @@ pub struct WorkerId {
 }
 
 /// Body of `POST /v1/worker/leases`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LeaseRequest {
     /// Who asks.
@@ -313,7 +418,7 @@ pub struct LeaseRequest {
 }
 
 /// Runs handed to one worker.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct Lease {
     /// Number of the lease.
     pub id: i64,
@@ -330,7 +435,7 @@ pub struct Lease {
 }
 
 /// Body of `POST /v1/worker/heartbeat`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeartbeatRequest {
     /// Who.
@@ -340,21 +445,21 @@ pub struct HeartbeatRequest {
 }
 
 /// Answer to a heartbeat.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct HeartbeatResponse {
     /// Leases to drop: their job has ended or everything in them is counted.
     pub drop: Vec<i64>,
 }
 
 /// Answer to a result.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct ResultResponse {
     /// The run was counted already, with the same bits.
     pub duplicate: bool,
 }
 
 /// Why a run cannot be rendered.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum FailureKind {
     /// The scene or an asset is wrong: every worker would say the same.
@@ -364,7 +469,7 @@ pub enum FailureKind {
 }
 
 /// Body of `POST /v1/worker/failures`.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FailureReport {
     /// Who.
@@ -387,7 +492,7 @@ pub struct FailureReport {
 }
 
 /// Body of `POST /v1/worker/release`: runs handed back undone.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ReleaseRequest {
     /// Who.
@@ -397,7 +502,7 @@ pub struct ReleaseRequest {
 }
 
 /// A worker as the API shows it.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct WorkerView {
     /// Who.
     pub worker: WorkerId,
@@ -411,8 +516,26 @@ pub struct WorkerView {
     pub runs_held: u64,
 }
 
+/// One page of workers.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct WorkerPage {
+    /// Workers heard of lately, in order of their instances.
+    pub workers: Vec<WorkerView>,
+    /// Pass as `page_token` for the next page; absent at the end.
+    pub next_page_token: Option<String>,
+}
+
+/// What a probe of the process answers.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct HealthView {
+    /// `ok` or `ready`.
+    pub status: String,
+    /// Version of the coordinator.
+    pub version: String,
+}
+
 /// An error, by RFC 9457 (`application/problem+json`).
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct Problem {
     /// Stable name of the kind of error: `urn:shearwater:problem:...`.
     #[serde(rename = "type")]

@@ -106,6 +106,18 @@ impl schemars::JsonSchema for ContentHash {
     }
 }
 
+impl utoipa::PartialSchema for ContentHash {
+    fn schema() -> utoipa::openapi::RefOr<utoipa::openapi::schema::Schema> {
+        utoipa::openapi::ObjectBuilder::new()
+            .schema_type(utoipa::openapi::Type::String)
+            .pattern(Some("^[0-9a-f]{64}$"))
+            .description(Some("blake3, 64 lower-case hexadecimal digits"))
+            .into()
+    }
+}
+
+impl utoipa::ToSchema for ContentHash {}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -21,6 +21,7 @@ use std::fmt;
     Serialize,
     Deserialize,
     schemars::JsonSchema,
+    utoipa::ToSchema,
 )]
 #[serde(transparent)]
 pub struct JobId(pub i64);
@@ -32,7 +33,9 @@ impl fmt::Display for JobId {
 }
 
 /// One file of a scene: its content and size.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, utoipa::ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct AssetRef {
     /// blake3 of the bytes.
@@ -43,7 +46,9 @@ pub struct AssetRef {
 
 /// The files of a scene: the bytes of scene.json by hash, and every asset by
 /// the name that the scene uses. Names are keys, never paths of any machine.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema, utoipa::ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct Manifest {
     /// blake3 of the bytes of scene.json, uploaded like any asset.
@@ -72,7 +77,17 @@ impl Manifest {
 
 /// What is to be rendered, resolved: every number a worker or the film needs.
 /// A job's pixels are a function of its [`Manifest`] and this alone.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+    utoipa::ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct RenderSettings {
     /// Picture width in pixels.
@@ -222,7 +237,17 @@ impl RenderSettings {
 
 /// Where a job stands. Derived from unit states when it is asked for; only
 /// `Cancelled` and `Failed` are stored, since nobody could derive them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+    utoipa::ToSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum JobState {
     /// No unit is done and none is leased.

@@ -92,6 +92,13 @@ pub const FRAME_UNITS_MAX: u64 = 1 << 20;
 pub const LEASE_WAIT_MS_MAX: u64 = 20_000;
 /// Longest name of a job or worker, in bytes.
 pub const NAME_BYTES_MAX: usize = 200;
+/// Longest address of a webhook, in bytes: what browsers and proxies bear.
+pub const WEBHOOK_URL_BYTES_MAX: usize = 2000;
+/// Shortest and longest secret of a webhook, in bytes: 16 random ones cannot be
+/// guessed.
+pub const WEBHOOK_SECRET_BYTES_MIN: usize = 16;
+/// See [`WEBHOOK_SECRET_BYTES_MIN`].
+pub const WEBHOOK_SECRET_BYTES_MAX: usize = 200;
 /// Bad samples that a part describes one by one; the rest is only counted.
 pub const BAD_SAMPLES_LISTED_MAX: usize = 16;
 /// Samples (per half) that carry features (albedo, normal, depth): these are

@@ -68,6 +68,7 @@ impl TileRect {
     Serialize,
     Deserialize,
     schemars::JsonSchema,
+    utoipa::ToSchema,
 )]
 #[serde(deny_unknown_fields)]
 pub struct Run {

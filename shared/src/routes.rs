@@ -40,6 +40,10 @@ pub const WORKER_RELEASE: &str = "/v1/worker/release";
 pub const HEALTHZ: &str = "/healthz";
 /// Store and objects answer: `GET`.
 pub const READYZ: &str = "/readyz";
+/// The API as an OpenAPI document: `GET`.
+pub const OPENAPI: &str = "/openapi.json";
+/// The API as a page for people: `GET`.
+pub const DOCS: &str = "/docs";
 
 /// Fill `{id}` or `{hash}` of a template.
 #[must_use]

@@ -4,11 +4,16 @@ use crate::limits;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use utoipa::openapi::schema::Schema;
+use utoipa::openapi::{ObjectBuilder, RefOr, Type};
+use utoipa::{PartialSchema, ToSchema};
 
 /// Rules that end a job before its samples per pixel are reached, and the cuts
 /// of its samples that such ends need. The default is a job of one number of
 /// samples, cut as the plan cuts.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema,
+)]
 #[serde(deny_unknown_fields)]
 pub struct Stop {
     /// Stop where the picture's error is at most this; `samples` is the most that
@@ -45,6 +50,19 @@ impl Stop {
 #[serde(try_from = "f64", into = "f64")]
 #[schemars(with = "f64")]
 pub struct ErrorTarget(f64);
+
+impl PartialSchema for ErrorTarget {
+    fn schema() -> RefOr<Schema> {
+        ObjectBuilder::new()
+            .schema_type(Type::Number)
+            .minimum(Some(limits::ERROR_TARGET_MIN))
+            .maximum(Some(limits::ERROR_TARGET_MAX))
+            .description(Some("relative mean squared error"))
+            .into()
+    }
+}
+
+impl ToSchema for ErrorTarget {}
 
 /// Never NaN: [`ErrorTarget::new`] refuses it.
 impl Eq for ErrorTarget {}
@@ -105,6 +123,14 @@ pub struct Cuts {
     len: u8,
     ends: [u32; limits::CUTS_MAX],
 }
+
+impl PartialSchema for Cuts {
+    fn schema() -> RefOr<Schema> {
+        Vec::<u32>::schema()
+    }
+}
+
+impl ToSchema for Cuts {}
 
 /// Cuts that no job has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]

@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 use shearwater_coordinator::objects::ObjectsUrl;
 use shearwater_coordinator::store::DatabaseUrl;
-use shearwater_coordinator::{Config, Coordinator};
+use shearwater_coordinator::{Config, Coordinator, Secret};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
@@ -37,6 +37,17 @@ pub(crate) struct Serve {
     /// Listen even where other machines reach it; the network must keep strangers out
     #[arg(long)]
     allow_public: bool,
+    /// Host that webhooks may call although its address is not public; `*` is any; repeatable
+    #[arg(long, value_name = "HOST")]
+    webhook_allow: Vec<String>,
+    /// Signs webhooks of jobs without a secret of their own
+    #[arg(
+        long,
+        value_name = "TEXT",
+        env = "SHEARWATER_WEBHOOK_SECRET",
+        hide_env_values = true
+    )]
+    webhook_secret: Option<Secret>,
 }
 
 /// Where a farm keeps what it knows.
@@ -56,6 +67,8 @@ pub(crate) struct Stores {
 pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
     let mut config = config(&args.stores, args.listen)?;
     config.allow_public = args.allow_public;
+    config.webhook_allow.clone_from(&args.webhook_allow);
+    config.webhook_secret = args.webhook_secret.clone();
     let coordinator = start(config).await?;
     let url = format!("http://{}", coordinator.addr());
     if json {

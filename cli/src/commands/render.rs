@@ -107,7 +107,7 @@ async fn submit_and_wait(
 ) -> Result<Rendered, CliError> {
     let api = Api::new(url)?;
     let settings = args.settings.to_override();
-    let job = api.submit(bundle, None, settings, 0).await?;
+    let job = api.submit(bundle, None, settings, 0, None).await?;
     let mut frames = FrameWriter::new(&args.output);
     let job = follow::to_end_with(&api, job.id, &follow::bar(json), Some(&mut frames)).await?;
     CliError::of_job(&job).map_err(|error| bundle.at_file(error))?;

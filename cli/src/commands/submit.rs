@@ -5,6 +5,7 @@ use crate::args::{Settings, Target};
 use crate::exit::CliError;
 use crate::{output, scene_files};
 use clap::Args;
+use shearwater_shared::api::WebhookRequest;
 use std::path::PathBuf;
 
 /// Submit a scene to a coordinator
@@ -29,6 +30,12 @@ pub(crate) struct Submit {
         allow_negative_numbers = true
     )]
     priority: i32,
+    /// Address that is told when the job ends
+    #[arg(long, value_name = "URL")]
+    webhook: Option<String>,
+    /// Signs what is told [default: the farm's]
+    #[arg(long, value_name = "TEXT", requires = "webhook")]
+    webhook_secret: Option<String>,
     #[command(flatten)]
     target: Target,
 }
@@ -37,8 +44,12 @@ pub(crate) async fn run(args: &Submit, json: bool) -> Result<(), CliError> {
     let bundle = scene_files::collect(&args.scene)?;
     let api = Api::new(&args.target.url)?;
     let settings = args.settings.to_override();
+    let webhook = args.webhook.as_ref().map(|url| WebhookRequest {
+        url: url.clone(),
+        secret: args.webhook_secret.clone(),
+    });
     let job = api
-        .submit(&bundle, args.name.clone(), settings, args.priority)
+        .submit(&bundle, args.name.clone(), settings, args.priority, webhook)
         .await?;
     if json {
         output::object(&output::job_value(&job));

@@ -1,25 +1,38 @@
 //! Assets by the hash of their content.
 
+use super::conditional::{Tag, asked_range, describe, unchanged};
 use super::extract::{JsonBody, Segment, check_length};
+use super::openapi::{Fails, Octets};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::objects::{Objects, Upload};
 use axum::Json;
 use axum::body::{Body, Bytes};
 use axum::extract::State;
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use futures_util::StreamExt;
 use shearwater_shared::api::{MissingRequest, MissingResponse};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::limits::{ASSET_BYTES_MAX, ASSETS_MAX};
+use shearwater_shared::routes;
 use std::sync::Arc;
 use std::time::Duration;
 
 /// Longest silence inside an upload.
 const UPLOAD_SILENCE: Duration = Duration::from_secs(30);
 
-/// Which of some assets are not stored.
+/// Which of some assets are not stored; at most 10,001 at once.
+#[utoipa::path(
+    post,
+    path = routes::ASSETS_MISSING,
+    tag = "assets",
+    request_body = MissingRequest,
+    responses(
+        (status = 200, description = "Those to be uploaded", body = MissingResponse),
+        Fails<400>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn missing(
     State(app): State<Arc<App>>,
     JsonBody(request): JsonBody<MissingRequest>,
@@ -50,10 +63,31 @@ async fn is_stored(app: &App, hash: &ContentHash) -> Result<bool, ApiError> {
     Ok(found == Some(size))
 }
 
-/// The content of an asset; `HEAD` gives its length alone.
+/// The content of an asset; `HEAD` gives its length alone. It never changes.
+#[utoipa::path(
+    get,
+    path = routes::ASSET,
+    tag = "assets",
+    params(
+        ("hash" = ContentHash, Path, description = "blake3 of the content"),
+        ("If-None-Match" = Option<String>, Header, description = "an `ETag`"),
+        ("Range" = Option<String>, Header, description = "`bytes=` and one range"),
+        ("If-Range" = Option<String>, Header, description = "an `ETag`")
+    ),
+    responses(
+        (status = 200, description = "The content", content_type = "application/octet-stream", body = Octets,
+            headers(("ETag" = String))),
+        (status = 206, description = "The range of it", content_type = "application/octet-stream", body = Octets,
+            headers(("Content-Range" = String))),
+        (status = 304, description = "The client has it"),
+        Fails<400>, Fails<404>, Fails<416>
+    )
+)]
 pub(crate) async fn download(
     State(app): State<Arc<App>>,
     Segment(hash): Segment,
+    method: Method,
+    headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let hash = parse_hash(&hash)?;
     let size = app.store.asset_size(&hash).await?;
@@ -62,27 +96,42 @@ pub(crate) async fn download(
         tracing::error!(%hash, "a stored asset is lost or cut short");
         ApiError::NotFound(format!("asset {hash} is lost; upload it again"))
     };
-    let object = match app.objects.open(&Objects::asset_name(&hash)).await {
+    let tag = Tag::of_hash(&hash);
+    if tag.is_known(&headers) {
+        return Ok(unchanged(&tag));
+    }
+    let range = asked_range(&method, &headers, &tag, size)?;
+    let name = Objects::asset_name(&hash);
+    let object = match app.objects.open_range(&name, range.clone()).await {
         Ok(object) if object.meta.size == size => object,
         Ok(_) => return Err(lost()),
         Err(error) if error.is_missing() => return Err(lost()),
         Err(error) => return Err(error.into()),
     };
-    let headers = [
-        (header::CONTENT_TYPE, "application/octet-stream".to_owned()),
-        (header::CONTENT_LENGTH, size.to_string()),
-        (header::ETAG, format!("\"{hash}\"")),
+    let fields = [
+        (header::CONTENT_TYPE, "application/octet-stream"),
         // A hash never changes its content.
-        (
-            header::CACHE_CONTROL,
-            "public, max-age=31536000, immutable".to_owned(),
-        ),
+        (header::CACHE_CONTROL, "public, max-age=31536000, immutable"),
     ];
-    Ok((headers, Body::from_stream(object.into_stream())).into_response())
+    let mut response = Body::from_stream(object.into_stream()).into_response();
+    describe(&mut response, &tag, range.as_ref(), size, &fields)?;
+    Ok(response)
 }
 
 /// Store an asset: hashed while it streams in, visible only if the hash is the
 /// one in the path. 201 when it is new, 200 when it was stored already.
+#[utoipa::path(
+    put,
+    path = routes::ASSET,
+    tag = "assets",
+    params(("hash" = ContentHash, Path, description = "blake3 of the content")),
+    request_body(content = Octets, content_type = "application/octet-stream", description = "at most 2 GiB"),
+    responses(
+        (status = 200, description = "It was stored before"),
+        (status = 201, description = "It is stored"),
+        Fails<400>, Fails<408>, Fails<413>, Fails<422>
+    )
+)]
 pub(crate) async fn upload(
     State(app): State<Arc<App>>,
     Segment(hash): Segment,

@@ -1,15 +1,18 @@
 //! Progress of a job as server-sent events.
 
 use super::extract::{Segment, job_id, no_job};
+use super::openapi::Fails;
 use super::problem::ApiError;
 use super::view::job_view;
 use crate::app::App;
 use axum::extract::State;
-use axum::http::HeaderName;
+use axum::http::{HeaderMap, HeaderName, StatusCode};
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use futures_util::stream::{self, Stream};
+use shearwater_shared::api::JobView;
 use shearwater_shared::job::JobId;
+use shearwater_shared::routes;
 use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
@@ -23,15 +26,44 @@ const EVENT_EVERY: Duration = Duration::from_millis(250);
 const POLL_EVERY: Duration = Duration::from_millis(500);
 /// Comment that keeps the connection open through proxies.
 const COMMENT_EVERY: Duration = Duration::from_secs(15);
+/// How long a client waits before it connects again: a coordinator that restarts
+/// is back by then.
+const RETRY_AFTER: Duration = Duration::from_secs(2);
+/// Header by which a client that connects again says what it saw last.
+const LAST_EVENT_ID: &str = "last-event-id";
 
-/// The job's view at once and after each change, with its revision as the
-/// event's id; ends with the job, the job's deletion or the process.
+/// The job's view at once and after each change, as server-sent events whose id
+/// is the job's revision; ends with the job, its deletion, or the process.
+///
+/// Who connects again gets the present state whatever was missed, or 204 when the
+/// job has ended and the last event was seen: then there is nothing more to wait for.
+#[utoipa::path(
+    get,
+    path = routes::JOB_EVENTS,
+    tag = "jobs",
+    params(
+        ("id" = i64, Path, description = "the job's number", minimum = 1),
+        ("Last-Event-ID" = Option<String>, Header, description = "`id` of the last event that was seen")
+    ),
+    responses(
+        (status = 200, description = "Events; each one's data is a job", content_type = "text/event-stream",
+            body = String),
+        (status = 204, description = "The job has ended, and its last event was seen"),
+        Fails<404>
+    )
+)]
 pub(crate) async fn events(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
+    headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let id = job_id(&id)?;
-    app.store.job_rev(id).await?.ok_or_else(|| no_job(id))?;
+    let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
+    let seen = headers.get(LAST_EVENT_ID).and_then(|v| v.to_str().ok());
+    if row.finished_ms.is_some() && seen == Some(row.rev.to_string().as_str()) {
+        // What tells browsers not to come back.
+        return Ok(StatusCode::NO_CONTENT.into_response());
+    }
     let events = job_events(app, id)?;
     let keep_alive = KeepAlive::new().interval(COMMENT_EVERY);
     let unbuffered = [(HeaderName::from_static("x-accel-buffering"), "no")];
@@ -101,10 +133,10 @@ impl Watcher {
     async fn event(&mut self) -> Option<Event> {
         let row = self.app.store.job(self.id).await.ok()??;
         let view = job_view(&self.app, row).await.ok()?;
+        let event = told(&view, self.sent_rev < 0)?;
         self.sent_rev = view.rev;
         self.last = view.done;
-        let data = serde_json::to_string(&view).ok()?;
-        Some(Event::default().id(view.rev.to_string()).data(data))
+        Some(event)
     }
 
     /// False when the process ends meanwhile.
@@ -114,4 +146,14 @@ impl Watcher {
             () = tokio::time::sleep(time) => true,
         }
     }
+}
+
+fn told(view: &JobView, first: bool) -> Option<Event> {
+    let data = serde_json::to_string(view).ok()?;
+    let event = Event::default().id(view.rev.to_string()).data(data);
+    Some(if first {
+        event.retry(RETRY_AFTER)
+    } else {
+        event
+    })
 }

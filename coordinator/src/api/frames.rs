@@ -1,15 +1,19 @@
 //! `GET /v1/jobs/{id}/frames`: each frame's state, film hash and error.
 
+use super::conditional::tagged_json;
 use super::extract::{Segment, job_id, no_job, query};
+use super::openapi::Fails;
+use super::page::{self, PageQuery};
 use super::problem::ApiError;
 use super::view::so_far;
 use crate::app::App;
 use crate::store::{FrameRow, JobRow};
-use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
-use serde::Deserialize;
+use axum::http::HeaderMap;
+use axum::response::Response;
 use shearwater_shared::api::{FramePage, FrameState, FrameView};
+use shearwater_shared::routes;
 use std::sync::Arc;
 
 /// Frames on a page when the client does not say.
@@ -17,20 +21,30 @@ const PAGE_SIZE: u32 = 100;
 /// Most frames on a page: an answer of about 300 KiB.
 const PAGE_SIZE_MAX: u32 = 1000;
 
-/// Query of a listing.
-#[derive(Debug, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct FramesQuery {
-    page_size: Option<u32>,
-    page_token: Option<String>,
-}
-
-/// A page of a job's frames, whether they have begun or not.
+/// A page of a job's frames in order, whether they have begun or not; 100 when
+/// nothing is said, at most 1,000.
+#[utoipa::path(
+    get,
+    path = routes::JOB_FRAMES,
+    tag = "jobs",
+    params(
+        ("id" = i64, Path, description = "the job's number", minimum = 1),
+        PageQuery,
+        ("If-None-Match" = Option<String>, Header, description = "an `ETag`")
+    ),
+    responses(
+        (status = 200, description = "The page", body = FramePage, headers(("ETag" = String))),
+        (status = 304, description = "The page is the same"),
+        Fails<400>,
+        Fails<404>
+    )
+)]
 pub(crate) async fn list(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
-    params: Result<Query<FramesQuery>, QueryRejection>,
-) -> Result<Json<FramePage>, ApiError> {
+    params: Result<Query<PageQuery>, QueryRejection>,
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
     let params = query(params)?;
     let id = job_id(&id)?;
     let job = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
@@ -38,12 +52,8 @@ pub(crate) async fn list(
         .page_size
         .unwrap_or(PAGE_SIZE)
         .clamp(1, PAGE_SIZE_MAX);
-    let from: u32 = match params.page_token.as_deref() {
-        None | Some("") => 0,
-        Some(token) => token.parse().map_err(|_| {
-            ApiError::BadRequest("page_token: pass the next_page_token of the last answer".into())
-        })?,
-    };
+    let listing = format!("frames {id}");
+    let from: u32 = page::number(&listing, params.page_token.as_deref())?.unwrap_or(0);
     let end = from.saturating_add(limit).min(job.settings.frames);
     let mut rows = app
         .store
@@ -56,10 +66,12 @@ pub(crate) async fn list(
         let row = rows.next_if(|row| row.frame == frame);
         frames.push(view(&app, &job, frame, row).await?);
     }
-    Ok(Json(FramePage {
+    let more = end < job.settings.frames;
+    let page = FramePage {
         frames,
-        next_page_token: (end < job.settings.frames).then(|| end.to_string()),
-    }))
+        next_page_token: more.then(|| page::token(&listing, &end.to_string())),
+    };
+    tagged_json(&headers, &page, &page)
 }
 
 async fn view(

@@ -4,7 +4,8 @@ use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use axum::Json;
 use axum::extract::State;
-use serde_json::{Value, json};
+use shearwater_shared::api::HealthView;
+use shearwater_shared::routes;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -13,19 +14,44 @@ use std::time::Duration;
 const READY_TIMEOUT: Duration = Duration::from_millis(900);
 
 /// The process answers.
-pub(crate) async fn healthz() -> Json<Value> {
-    Json(json!({ "status": "ok", "version": env!("CARGO_PKG_VERSION") }))
+#[utoipa::path(
+    get,
+    path = routes::HEALTHZ,
+    tag = "service",
+    responses((status = 200, description = "It does", body = HealthView))
+)]
+pub(crate) async fn healthz() -> Json<HealthView> {
+    view("ok")
 }
 
-/// The database and the objects can be written; if not, why and for how long.
-pub(crate) async fn readyz(State(app): State<Arc<App>>) -> Result<Json<Value>, ApiError> {
-    let not_ready = |app: &App| app.troubles.text(now_ms()).map(ApiError::NotReady);
-    if let Some(error) = not_ready(&app) {
-        return Err(error);
+fn view(status: &str) -> Json<HealthView> {
+    Json(HealthView {
+        status: status.to_owned(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    })
+}
+
+/// Database and objects can be written, the tables are those of this version, and the
+/// process is not about to end; if not, what fails, for how long and why.
+#[utoipa::path(
+    get,
+    path = routes::READYZ,
+    tag = "service",
+    responses((status = 200, description = "It can serve", body = HealthView))
+)]
+pub(crate) async fn readyz(State(app): State<Arc<App>>) -> Result<Json<HealthView>, ApiError> {
+    if *app.stopping.borrow() {
+        return Err(ApiError::NotReady("this coordinator is ending".into()));
+    }
+    if let Some(why) = app.troubles.text(now_ms()) {
+        return Err(ApiError::NotReady(why));
     }
     // Nothing is known to be wrong: ask once more, but do not keep a probe waiting.
-    match tokio::time::timeout(READY_TIMEOUT, app.store.ping()).await {
-        Ok(Ok(())) => Ok(Json(json!({ "status": "ready" }))),
+    match tokio::time::timeout(READY_TIMEOUT, app.store.tables_fit()).await {
+        Ok(Ok(true)) => Ok(view("ready")),
+        Ok(Ok(false)) => Err(ApiError::NotReady(
+            "the database's tables are of another version; run the version that migrated it".into(),
+        )),
         Ok(Err(_)) | Err(_) => {
             app.troubles.suspect();
             Err(ApiError::NotReady("the database does not answer".into()))

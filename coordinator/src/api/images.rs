@@ -1,46 +1,87 @@
 //! Pictures of a job at any time, finished or not.
 
+use super::conditional::{Tag, bytes_answer, unchanged};
 use super::extract::{Segment, job_id, no_job, query};
+use super::openapi::{Fails, Octets};
 use super::problem::ApiError;
 use crate::app::App;
 use crate::develop::{self, Bloom, ExrAttributes, PngDepth, PostSettings, View};
 use crate::fold::{self, Planes};
 use crate::store::JobRow;
-use axum::body::Body;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
-use axum::http::{HeaderMap, StatusCode, header};
-use axum::response::{IntoResponse, Response};
+use axum::http::{HeaderMap, Method, header};
+use axum::response::Response;
 use serde::Deserialize;
 use shearwater_shared::hash::ContentHash;
+use shearwater_shared::routes;
 use shearwater_shared::scene;
 use shearwater_shared::stop::Stop;
 use std::sync::Arc;
 use tokio::sync::OwnedSemaphorePermit;
+use utoipa::IntoParams;
 
 /// Query of a developed picture; the scene decides what is not given.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct PngQuery {
+    /// The scene's number of the frame; the job's first when nothing is said.
+    #[param(nullable = false)]
     frame: Option<u32>,
+    /// The tone curve.
+    #[param(nullable = false, value_type = String, pattern = "^(agx|standard)$")]
     view: Option<scene::View>,
+    /// Stops brighter or darker.
+    #[param(nullable = false, minimum = -30.0, maximum = 30.0)]
     exposure_ev: Option<f32>,
+    /// Whether the scene's bloom is added; does not invent one.
+    #[param(nullable = false)]
     bloom: Option<bool>,
+    /// Bits of a channel: 8 or 16.
+    #[param(nullable = false, minimum = 8, maximum = 16, multiple_of = 8)]
     depth: Option<u32>,
 }
 
 /// Query of a linear picture.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ExrQuery {
+    /// The scene's number of the frame; the job's first when nothing is said.
+    #[param(nullable = false)]
     frame: Option<u32>,
 }
 
 /// The developed picture.
+///
+/// Of a finished frame the `ETag` is strong and ranges are answered; before, the
+/// picture changes, and a range is answered with all of it.
+#[utoipa::path(
+    get,
+    path = routes::JOB_PNG,
+    tag = "pictures",
+    params(
+        ("id" = i64, Path, description = "the job's number", minimum = 1),
+        PngQuery,
+        ("If-None-Match" = Option<String>, Header, description = "an `ETag`"),
+        ("Range" = Option<String>, Header, description = "`bytes=` and one range"),
+        ("If-Range" = Option<String>, Header, description = "an `ETag`")
+    ),
+    responses(
+        (status = 200, description = "The picture", content_type = "image/png", body = Octets,
+            headers(("ETag" = String))),
+        (status = 206, description = "The range of it", content_type = "image/png", body = Octets,
+            headers(("Content-Range" = String))),
+        (status = 304, description = "The client has it"),
+        Fails<400>, Fails<404>, Fails<416>
+    )
+)]
 pub(crate) async fn png(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
     params: Result<Query<PngQuery>, QueryRejection>,
+    method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let params = query(params)?;
@@ -54,8 +95,8 @@ pub(crate) async fn png(
     post.check()?;
     let film = film_hash(&app, &job, frame).await?;
     let tag = etag(&job, frame, film, &format!("png {post:?} {depth:?}"));
-    if not_modified(&headers, &tag) {
-        return Ok(unchanged(tag));
+    if tag.is_known(&headers) {
+        return Ok(unchanged(&tag));
     }
     let permit = developing(&app).await?;
     let picture = fold::picture(&app, &job, frame, Planes::Beauty).await?;
@@ -66,21 +107,45 @@ pub(crate) async fn png(
             bytes
         })
         .await??;
-    Ok(image("image/png", tag, bytes))
+    image((&method, &headers), "image/png", &tag, bytes)
 }
 
 /// The linear picture with its features.
+///
+/// Of a finished frame the `ETag` is strong and ranges are answered; before, the
+/// picture changes, and a range is answered with all of it.
+#[utoipa::path(
+    get,
+    path = routes::JOB_EXR,
+    tag = "pictures",
+    params(
+        ("id" = i64, Path, description = "the job's number", minimum = 1),
+        ExrQuery,
+        ("If-None-Match" = Option<String>, Header, description = "an `ETag`"),
+        ("Range" = Option<String>, Header, description = "`bytes=` and one range"),
+        ("If-Range" = Option<String>, Header, description = "an `ETag`")
+    ),
+    responses(
+        (status = 200, description = "The picture", content_type = "image/x-exr", body = Octets,
+            headers(("ETag" = String))),
+        (status = 206, description = "The range of it", content_type = "image/x-exr", body = Octets,
+            headers(("Content-Range" = String))),
+        (status = 304, description = "The client has it"),
+        Fails<400>, Fails<404>, Fails<416>
+    )
+)]
 pub(crate) async fn exr(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
     params: Result<Query<ExrQuery>, QueryRejection>,
+    method: Method,
     headers: HeaderMap,
 ) -> Result<Response, ApiError> {
     let (job, frame) = job_and_frame(&app, &id, query(params)?.frame).await?;
     let film = film_hash(&app, &job, frame).await?;
     let tag = etag(&job, frame, film, "exr");
-    if not_modified(&headers, &tag) {
-        return Ok(unchanged(tag));
+    if tag.is_known(&headers) {
+        return Ok(unchanged(&tag));
     }
     let permit = developing(&app).await?;
     let picture = fold::picture(&app, &job, frame, Planes::All).await?;
@@ -100,7 +165,7 @@ pub(crate) async fn exr(
             bytes
         })
         .await??;
-    Ok(image("image/x-exr", tag, bytes))
+    image((&method, &headers), "image/x-exr", &tag, bytes)
 }
 
 /// A place among those who develop; it goes with the computation, which a
@@ -168,39 +233,31 @@ fn mean_samples(counts: &[u32]) -> f32 {
     (sum as f64 / counts.len().max(1) as f64) as f32
 }
 
-/// A finished film's tag is a function of the film; before, of the revision.
-fn etag(job: &JobRow, frame: u32, film: Option<ContentHash>, form: &str) -> String {
+/// A finished film's tag is a function of the film, and so are the bytes; before,
+/// it is one of the revision, and the bytes may be a little newer.
+fn etag(job: &JobRow, frame: u32, film: Option<ContentHash>, form: &str) -> Tag {
     let version = env!("CARGO_PKG_VERSION");
-    let content = match film {
-        Some(hash) => format!("{version} {form} {} {hash} {}", job.id, job.core_us),
-        None => format!("{version} {form} {} {frame} revision {}", job.id, job.rev),
-    };
-    format!(
-        "\"{}\"",
-        &ContentHash::of(content.as_bytes()).to_string()[..32]
-    )
+    match film {
+        Some(hash) => Tag::strong(&format!(
+            "{version} {form} {} {hash} {}",
+            job.id, job.core_us
+        )),
+        None => Tag::weak(
+            format!("{version} {form} {} {frame} revision {}", job.id, job.rev).as_bytes(),
+        ),
+    }
 }
 
-fn not_modified(headers: &HeaderMap, tag: &str) -> bool {
-    headers
-        .get_all(header::IF_NONE_MATCH)
-        .iter()
-        .filter_map(|value| value.to_str().ok())
-        .flat_map(|value| value.split(','))
-        .map(str::trim)
-        .any(|given| given == "*" || given.strip_prefix("W/").unwrap_or(given) == tag)
-}
-
-fn unchanged(tag: String) -> Response {
-    (StatusCode::NOT_MODIFIED, [(header::ETAG, tag)]).into_response()
-}
-
-fn image(media_type: &'static str, tag: String, bytes: Vec<u8>) -> Response {
-    let headers = [
-        (header::CONTENT_TYPE, media_type.to_owned()),
-        (header::ETAG, tag),
+fn image(
+    (method, headers): (&Method, &HeaderMap),
+    media_type: &'static str,
+    tag: &Tag,
+    bytes: Vec<u8>,
+) -> Result<Response, ApiError> {
+    let fields = [
+        (header::CONTENT_TYPE, media_type),
         // Ask each time: a picture of a running job changes.
-        (header::CACHE_CONTROL, "no-cache".to_owned()),
+        (header::CACHE_CONTROL, "no-cache"),
     ];
-    (headers, Body::from(bytes)).into_response()
+    bytes_answer(method, headers, tag, bytes, &fields)
 }

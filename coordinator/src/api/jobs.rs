@@ -1,18 +1,24 @@
 //! Jobs: list, show, cancel, delete.
 
+use super::conditional::tagged_json;
 use super::extract::{Segment, job_id, no_job, query};
+use super::openapi::Fails;
+use super::page;
 use super::problem::ApiError;
-use super::view::job_view;
+use super::view::{job_view, meaning};
 use crate::app::{App, now_ms};
 use crate::store::JobFilter;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
+use axum::response::Response;
 use serde::Deserialize;
 use shearwater_shared::api::{JobPage, JobView};
 use shearwater_shared::job::JobState;
+use shearwater_shared::routes;
 use std::sync::Arc;
+use utoipa::IntoParams;
 
 /// Jobs on a page when the client does not say.
 const PAGE_SIZE: u32 = 50;
@@ -20,15 +26,29 @@ const PAGE_SIZE: u32 = 50;
 const PAGE_SIZE_MAX: u32 = 200;
 
 /// Query of a listing.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ListQuery {
+    /// How many at most, 50 when nothing is said; never more than 200.
+    #[param(minimum = 1, nullable = false)]
     page_size: Option<u32>,
+    /// `next_page_token` of the page before.
+    #[param(nullable = false, pattern = "^([0-9a-f]{2}){5,204}$")]
     page_token: Option<String>,
+    /// Only jobs in this state.
+    #[param(nullable = false, inline)]
     state: Option<JobState>,
 }
 
 /// A page of jobs, newest first.
+#[utoipa::path(
+    get,
+    path = routes::JOBS,
+    tag = "jobs",
+    params(ListQuery),
+    responses((status = 200, description = "The page", body = JobPage), Fails<400>)
+)]
 pub(crate) async fn list(
     State(app): State<Arc<App>>,
     params: Result<Query<ListQuery>, QueryRejection>,
@@ -38,12 +58,8 @@ pub(crate) async fn list(
         .page_size
         .unwrap_or(PAGE_SIZE)
         .clamp(1, PAGE_SIZE_MAX);
-    let below = match params.page_token.as_deref() {
-        None | Some("") => i64::MAX,
-        Some(token) => token.parse().map_err(|_| {
-            ApiError::BadRequest("page_token: pass the next_page_token of the last answer".into())
-        })?,
-    };
+    let listing = format!("jobs {:?}", params.state);
+    let below = page::number(&listing, params.page_token.as_deref())?.unwrap_or(i64::MAX);
     let rows = app
         .store
         .jobs(&JobFilter {
@@ -58,25 +74,52 @@ pub(crate) async fn list(
     for row in rows.into_iter().take(limit as usize) {
         jobs.push(job_view(&app, row).await?);
     }
-    let last = jobs.last().map(|job| job.id.to_string());
+    let last = jobs.last().filter(|_| more);
+    let last = last.map(|job| page::token(&listing, &job.id.to_string()));
     Ok(Json(JobPage {
         jobs,
-        next_page_token: last.filter(|_| more),
+        next_page_token: last,
     }))
 }
 
 /// One job.
+///
+/// The `ETag` stays the same as long as nothing happens to the job; fields that
+/// follow from the time alone do not count.
+#[utoipa::path(
+    get,
+    path = routes::JOB,
+    tag = "jobs",
+    params(
+        ("id" = i64, Path, description = "the job's number", minimum = 1),
+        ("If-None-Match" = Option<String>, Header, description = "an `ETag`")
+    ),
+    responses(
+        (status = 200, description = "The job", body = JobView, headers(("ETag" = String))),
+        (status = 304, description = "Nothing has happened to it"),
+        Fails<404>
+    )
+)]
 pub(crate) async fn get_job(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
-) -> Result<Json<JobView>, ApiError> {
+    headers: HeaderMap,
+) -> Result<Response, ApiError> {
     let id = job_id(&id)?;
     let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
-    Ok(Json(job_view(&app, row).await?))
+    let view = job_view(&app, row).await?;
+    tagged_json(&headers, &view, &meaning(&view))
 }
 
 /// Stop a job. One that has ended stays as it is: cancelling twice is the same
 /// as once.
+#[utoipa::path(
+    post,
+    path = routes::JOB_CANCEL,
+    tag = "jobs",
+    params(("id" = i64, Path, description = "the job's number", minimum = 1)),
+    responses((status = 200, description = "The job", body = JobView), Fails<404>)
+)]
 pub(crate) async fn cancel(
     State(app): State<Arc<App>>,
     Segment(id): Segment,
@@ -91,6 +134,13 @@ pub(crate) async fn cancel(
 }
 
 /// Forget a job and its pictures; a running one stops.
+#[utoipa::path(
+    delete,
+    path = routes::JOB,
+    tag = "jobs",
+    params(("id" = i64, Path, description = "the job's number", minimum = 1)),
+    responses((status = 204, description = "It is gone"), Fails<404>)
+)]
 pub(crate) async fn delete(
     State(app): State<Arc<App>>,
     Segment(id): Segment,

@@ -1,6 +1,7 @@
 //! The worker protocol but for results: leases, heartbeats, failures, release.
 
 use super::extract::{JsonBody, check_worker, no_job};
+use super::openapi::Fails;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::dispatch::{Dispatch, dispatch};
@@ -11,10 +12,12 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use shearwater_shared::api::{
-    FailureKind, FailureReport, HeartbeatRequest, HeartbeatResponse, LeaseRequest, ReleaseRequest,
+    FailureKind, FailureReport, HeartbeatRequest, HeartbeatResponse, Lease, LeaseRequest,
+    ReleaseRequest,
 };
 use shearwater_shared::limits::LEASE_WAIT_MS_MAX;
 use shearwater_shared::plan::Run;
+use shearwater_shared::routes;
 use shearwater_shared::wire::PROTOCOL_VERSION;
 use std::sync::Arc;
 use std::time::Duration;
@@ -32,6 +35,17 @@ const THREADS_MAX: u32 = 4096;
 const SAMPLES_PER_S_MAX: f64 = 1e12;
 
 /// Work for a worker; waits for it up to `wait_ms`, then 204.
+#[utoipa::path(
+    post,
+    path = routes::WORKER_LEASES,
+    tag = "worker protocol",
+    request_body = LeaseRequest,
+    responses(
+        (status = 200, description = "Work", body = Lease),
+        (status = 204, description = "Nothing within the wait"),
+        Fails<400>, Fails<403>, Fails<408>, Fails<409>, Fails<413>, Fails<415>
+    )
+)]
 pub(crate) async fn lease(
     State(app): State<Arc<App>>,
     JsonBody(mut request): JsonBody<LeaseRequest>,
@@ -114,6 +128,16 @@ fn check_leases(ids: &[i64]) -> Result<(), ApiError> {
 }
 
 /// Keep leases alive; tell which of them nobody waits for.
+#[utoipa::path(
+    post,
+    path = routes::WORKER_HEARTBEAT,
+    tag = "worker protocol",
+    request_body = HeartbeatRequest,
+    responses(
+        (status = 200, description = "Leases to drop", body = HeartbeatResponse),
+        Fails<400>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn heartbeat(
     State(app): State<Arc<App>>,
     JsonBody(request): JsonBody<HeartbeatRequest>,
@@ -141,6 +165,16 @@ pub(crate) async fn heartbeat(
 }
 
 /// Take a report that a run cannot be rendered.
+#[utoipa::path(
+    post,
+    path = routes::WORKER_FAILURES,
+    tag = "worker protocol",
+    request_body = FailureReport,
+    responses(
+        (status = 204, description = "Noted"),
+        Fails<400>, Fails<404>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn failure(
     State(app): State<Arc<App>>,
     JsonBody(report): JsonBody<FailureReport>,
@@ -211,6 +245,16 @@ fn of_frame(mut runs: Vec<Run>, frame: Option<u32>) -> Result<Vec<Run>, ApiError
 }
 
 /// Take leases back undone.
+#[utoipa::path(
+    post,
+    path = routes::WORKER_RELEASE,
+    tag = "worker protocol",
+    request_body = ReleaseRequest,
+    responses(
+        (status = 204, description = "They are handed out again"),
+        Fails<400>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn release(
     State(app): State<Arc<App>>,
     JsonBody(request): JsonBody<ReleaseRequest>,

@@ -3,15 +3,24 @@
 //! Every answer that is no success is `application/problem+json`, also those
 //! for unknown paths and methods; [`problem`] alone maps errors to HTTP.
 
+// The macros that make the document write full paths.
+#![allow(unused_qualifications)]
+
 mod assets;
+mod conditional;
+mod docs;
 mod errors;
 mod events;
 mod extract;
 mod frames;
 mod health;
+mod idempotency;
 mod images;
 mod jobs;
+mod kinds;
 mod leases;
+mod openapi;
+mod page;
 mod problem;
 mod results;
 mod samples;
@@ -20,44 +29,64 @@ mod submit;
 mod view;
 mod workers;
 
+pub(crate) use view::job_view;
+
 use crate::app::App;
-use axum::Router;
 use axum::extract::{Request, State};
 use axum::middleware::{Next, from_fn_with_state};
 use axum::response::Response;
-use axum::routing::{get, post};
+use axum::routing::get;
+use axum::{Extension, Router};
+use openapi::Document;
 use problem::ApiError;
-use shearwater_shared::routes;
 use std::sync::Arc;
 use tower_http::catch_panic::CatchPanicLayer;
+use utoipa_axum::router::OpenApiRouter;
+use utoipa_axum::routes;
 
-/// Every route.
-pub(crate) fn router(app: Arc<App>) -> Router {
-    Router::new()
-        .route(routes::JOBS, get(jobs::list).post(submit::submit))
-        .route(routes::JOB, get(jobs::get_job).delete(jobs::delete))
-        .route(routes::JOB_CANCEL, post(jobs::cancel))
-        .route(routes::JOB_SAMPLES, post(samples::add))
-        .route(routes::JOB_EVENTS, get(events::events))
-        .route(routes::JOB_FRAMES, get(frames::list))
-        .route(routes::JOB_ERRORS, get(errors::list))
-        .route(routes::JOB_PNG, get(images::png))
-        .route(routes::JOB_EXR, get(images::exr))
-        .route(routes::ASSETS_MISSING, post(assets::missing))
-        .route(routes::ASSET, get(assets::download).put(assets::upload))
-        .route(routes::WORKERS, get(workers::list))
-        .route(routes::WORKER_LEASES, post(leases::lease))
-        .route(routes::WORKER_RESULTS, post(results::result))
-        .route(routes::WORKER_HEARTBEAT, post(leases::heartbeat))
-        .route(routes::WORKER_FAILURES, post(leases::failure))
-        .route(routes::WORKER_RELEASE, post(leases::release))
-        .route(routes::HEALTHZ, get(health::healthz))
-        .route(routes::READYZ, get(health::readyz))
+/// Every route, and the document that describes them all.
+///
+/// # Errors
+/// The document cannot be written: a fault of the program.
+pub(crate) fn router(app: Arc<App>) -> Result<Router, serde_json::Error> {
+    let (router, api) = described().split_for_parts();
+    Ok(router
+        // Files of the page, which no client asks for by name.
+        .route(docs::INDEX, get(docs::index))
+        .route(docs::FILES, get(docs::file))
         .fallback(|| async { ApiError::NoRoute })
         .method_not_allowed_fallback(|| async { ApiError::Method })
+        .layer(Extension(Document::new(&api)?))
+        .layer(Extension(docs::config()))
         .layer(CatchPanicLayer::custom(problem::panicked))
         .layer(from_fn_with_state(Arc::clone(&app), suspect_stores))
-        .with_state(app)
+        .with_state(app))
+}
+
+/// The routes with their descriptions.
+fn described() -> OpenApiRouter<Arc<App>> {
+    OpenApiRouter::with_openapi(openapi::base())
+        .routes(routes!(jobs::list, submit::submit))
+        .routes(routes!(jobs::get_job, jobs::delete))
+        .routes(routes!(jobs::cancel))
+        .routes(routes!(samples::add))
+        .routes(routes!(events::events))
+        .routes(routes!(frames::list))
+        .routes(routes!(errors::list))
+        .routes(routes!(images::png))
+        .routes(routes!(images::exr))
+        .routes(routes!(assets::missing))
+        .routes(routes!(assets::download, assets::upload))
+        .routes(routes!(workers::list))
+        .routes(routes!(leases::lease))
+        .routes(routes!(results::result))
+        .routes(routes!(leases::heartbeat))
+        .routes(routes!(leases::failure))
+        .routes(routes!(leases::release))
+        .routes(routes!(health::healthz))
+        .routes(routes!(health::readyz))
+        .routes(routes!(openapi::document))
+        .routes(routes!(docs::page))
 }
 
 /// An answer that a store's failure may have caused is a reason to try the stores.

@@ -1,17 +1,19 @@
 //! Every error of the API, and the only place that maps them to HTTP (RFC 9457).
 
+use super::kinds::{Kind, PREFIX};
 use crate::app::CutOff;
 use crate::develop::DevelopError;
 use crate::fold::FoldError;
 use crate::objects::ObjectError;
 use crate::store::StoreError;
+use crate::webhook::Forbidden;
 use axum::body::Body;
 use axum::http::{HeaderValue, Response, StatusCode, header};
 use axum::response::IntoResponse;
 use shearwater_shared::api::Problem;
 
 /// Content type of every error.
-const PROBLEM_JSON: HeaderValue = HeaderValue::from_static("application/problem+json");
+pub(crate) const PROBLEM_JSON: HeaderValue = HeaderValue::from_static("application/problem+json");
 /// Longest text about an error, in bytes: some quote the request.
 const DETAIL_BYTES_MAX: usize = 2000;
 
@@ -32,6 +34,8 @@ pub(crate) enum ApiError {
     TooLarge(u64),
     #[error("the body did not arrive in time; send it again over a faster connection")]
     Timeout,
+    #[error("the range begins behind the end: there are {0} bytes")]
+    Range(u64),
     #[error("{0}")]
     Invalid(String),
     #[error("the Idempotency-Key was used for job {0} with another body; take a new key")]
@@ -91,53 +95,30 @@ pub(crate) enum ApiError {
 }
 
 impl ApiError {
-    /// Status, stable name and short text of the kind of error.
-    const fn kind(&self) -> (StatusCode, &'static str, &'static str) {
+    /// The kind of error: status, type and title.
+    const fn kind(&self) -> Kind {
         match self {
-            Self::NoRoute => (StatusCode::NOT_FOUND, "no-route", "No such path"),
-            Self::Method => (
-                StatusCode::METHOD_NOT_ALLOWED,
-                "method",
-                "Method not allowed",
-            ),
-            Self::NotFound(_) => (StatusCode::NOT_FOUND, "not-found", "Not found"),
-            Self::BadRequest(_) => (StatusCode::BAD_REQUEST, "bad-request", "Bad request"),
-            Self::MediaType(_) => (
-                StatusCode::UNSUPPORTED_MEDIA_TYPE,
-                "media-type",
-                "Unsupported media type",
-            ),
-            Self::TooLarge(_) => (StatusCode::PAYLOAD_TOO_LARGE, "too-large", "Body too large"),
-            Self::Timeout => (StatusCode::REQUEST_TIMEOUT, "timeout", "Body too slow"),
-            Self::Invalid(_) => (
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "invalid",
-                "Invalid content",
-            ),
-            Self::KeyReused(_) => (
-                StatusCode::UNPROCESSABLE_ENTITY,
-                "idempotency-key-reused",
-                "Idempotency key reused",
-            ),
-            Self::Build { .. } => (StatusCode::CONFLICT, "build", "Another numeric build"),
-            Self::JobBuild { .. } => (StatusCode::CONFLICT, "job-build", "Another numeric build"),
-            Self::NotDone(..) => (StatusCode::CONFLICT, "job-ended-early", "Job has ended"),
-            Self::Protocol { .. } => (StatusCode::CONFLICT, "protocol", "Another protocol"),
-            Self::Quarantined(_) => (StatusCode::FORBIDDEN, "quarantined", "Worker quarantined"),
-            Self::Ended(_) => (StatusCode::GONE, "job-ended", "Job has ended"),
-            Self::Unequal => (StatusCode::CONFLICT, "unequal-result", "Unequal result"),
-            Self::Busy => (StatusCode::SERVICE_UNAVAILABLE, "busy", "Busy"),
-            Self::NotReady(_) => (StatusCode::SERVICE_UNAVAILABLE, "not-ready", "Not ready"),
-            Self::Unavailable { .. } => (
-                StatusCode::SERVICE_UNAVAILABLE,
-                "store-unavailable",
-                "Store unavailable",
-            ),
-            Self::Internal(_) => (
-                StatusCode::INTERNAL_SERVER_ERROR,
-                "internal",
-                "Internal error",
-            ),
+            Self::NoRoute => Kind::NoRoute,
+            Self::Method => Kind::Method,
+            Self::NotFound(_) => Kind::NotFound,
+            Self::BadRequest(_) => Kind::BadRequest,
+            Self::MediaType(_) => Kind::MediaType,
+            Self::TooLarge(_) => Kind::TooLarge,
+            Self::Timeout => Kind::Timeout,
+            Self::Range(_) => Kind::Range,
+            Self::Invalid(_) => Kind::Invalid,
+            Self::KeyReused(_) => Kind::KeyReused,
+            Self::Build { .. } => Kind::Build,
+            Self::JobBuild { .. } => Kind::JobBuild,
+            Self::NotDone(..) => Kind::JobEndedEarly,
+            Self::Protocol { .. } => Kind::Protocol,
+            Self::Quarantined(_) => Kind::Quarantined,
+            Self::Ended(_) => Kind::JobEnded,
+            Self::Unequal => Kind::UnequalResult,
+            Self::Busy => Kind::Busy,
+            Self::NotReady(_) => Kind::NotReady,
+            Self::Unavailable { .. } => Kind::StoreUnavailable,
+            Self::Internal(_) => Kind::Internal,
         }
     }
 }
@@ -151,26 +132,32 @@ impl IntoResponse for ApiError {
         if let Self::Unavailable { what, cause } = &self {
             tracing::warn!(what, cause, "a request has to come again");
         }
-        let (status, name, title) = self.kind();
-        problem(status, name, title, self.to_string())
+        let mut response = problem(self.kind(), self.to_string());
+        if let Self::Range(length) = self
+            && let Ok(value) = HeaderValue::try_from(format!("bytes */{length}"))
+        {
+            response.headers_mut().insert(header::CONTENT_RANGE, value);
+        }
+        response
     }
 }
 
-fn problem(status: StatusCode, name: &str, title: &str, mut detail: String) -> Response<Body> {
+fn problem(kind: Kind, mut detail: String) -> Response<Body> {
     if detail.len() > DETAIL_BYTES_MAX {
         let end = (0..=DETAIL_BYTES_MAX).rfind(|&at| detail.is_char_boundary(at));
         detail.truncate(end.unwrap_or(0));
         detail.push_str(" ...");
     }
     let problem = Problem {
-        kind: format!("urn:shearwater:problem:{name}"),
-        title: title.to_owned(),
-        status: status.as_u16(),
+        kind: format!("{PREFIX}{}", kind.name()),
+        title: kind.title().to_owned(),
+        status: kind.status(),
         detail,
     };
     let body = serde_json::to_vec(&problem).unwrap_or_default();
     let mut response = Response::new(Body::from(body));
-    *response.status_mut() = status;
+    let status = StatusCode::from_u16(kind.status());
+    *response.status_mut() = status.unwrap_or(StatusCode::INTERNAL_SERVER_ERROR);
     response
         .headers_mut()
         .insert(header::CONTENT_TYPE, PROBLEM_JSON);
@@ -198,6 +185,12 @@ impl From<StoreError> for ApiError {
             },
             _ => Self::Internal(cause),
         }
+    }
+}
+
+impl From<Forbidden> for ApiError {
+    fn from(error: Forbidden) -> Self {
+        Self::Invalid(error.to_string())
     }
 }
 

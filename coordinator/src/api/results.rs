@@ -5,6 +5,7 @@
 
 use super::extract::{no_job, read_body};
 use super::leases::check_numeric_build;
+use super::openapi::{Fails, Octets};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::farm::{bad_samples_reason, too_many_bad};
@@ -17,6 +18,7 @@ use shearwater_shared::api::ResultResponse;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 use shearwater_shared::limits::{NAME_BYTES_MAX, RUN_SAMPLES_PER_HALF_MAX};
+use shearwater_shared::routes;
 use shearwater_shared::wire::{self, MESSAGE_BYTES_MAX, PartUpload, WireError};
 use std::sync::Arc;
 
@@ -24,7 +26,17 @@ use std::sync::Arc;
 /// and small enough that eight million of them fit into 63 bits.
 const CORE_US_MAX: u64 = 1 << 40;
 
-/// Take one run's sums.
+/// Take one run's sums: bytes as in `shared/src/wire.rs`.
+#[utoipa::path(
+    post,
+    path = routes::WORKER_RESULTS,
+    tag = "worker protocol",
+    request_body(content = Octets, content_type = "application/vnd.shearwater.v1+bincode"),
+    responses(
+        (status = 200, description = "Durable and counted", body = ResultResponse),
+        Fails<400>, Fails<404>, Fails<408>, Fails<409>, Fails<410>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn result(
     State(app): State<Arc<App>>,
     headers: HeaderMap,

@@ -1,54 +1,74 @@
 //! `POST /v1/jobs`.
 
-use super::extract::JsonBody;
+use super::extract::{JsonBody, query};
+use super::idempotency;
+use super::openapi::Fails;
 use super::problem::ApiError;
 use super::settings;
 use super::view::job_view;
 use crate::app::{App, now_ms};
 use crate::objects::Objects;
-use crate::store::{NewJob, Submitted};
+use crate::store::{IdempotencyKey, NewJob, NewWebhook, Submitted};
 use axum::Json;
-use axum::extract::State;
+use axum::extract::rejection::QueryRejection;
+use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use shearwater_shared::api::SubmitRequest;
+use serde::{Deserialize, Serialize};
+use shearwater_shared::api::{JobView, SubmitCheck, SubmitRequest, WebhookRequest};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 use shearwater_shared::limits;
+use shearwater_shared::plan::Plan;
 use shearwater_shared::routes;
 use shearwater_shared::scene::{self, SceneDescription};
 use std::sync::Arc;
-
-/// Longest idempotency key, in bytes; a UUID has 36.
-const KEY_BYTES_MAX: usize = 200;
+use utoipa::{IntoParams, ToSchema};
 
 type SubmitBody = JsonBody<SubmitRequest, { limits::SUBMIT_BODY_BYTES_MAX }>;
 
-/// Check and store a job. 201 with its place; 200 when the idempotency key is
-/// known.
+/// Query of a submission.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SubmitQuery {
+    /// Check everything and store nothing: the answer says what the job would be.
+    #[serde(default)]
+    #[param(default = false)]
+    validate_only: bool,
+}
+
+/// Submit a job; its scene and files must be uploaded first. The answer is 201, or
+/// 200 when the idempotency key is known.
+#[utoipa::path(
+    post,
+    path = routes::JOBS,
+    tag = "jobs",
+    params(
+        SubmitQuery,
+        ("Idempotency-Key" = Option<String>, Header, pattern = "^[!-~]{1,200}$",
+            description = "a repetition of the same body with the same key within a day is the same job")
+    ),
+    request_body = SubmitRequest,
+    responses(
+        (status = 200, description = "The job that this key made before; or, with `validate_only`, what it would be",
+            body = SubmitAnswer),
+        (status = 201, description = "The job", body = JobView, headers(("Location" = String))),
+        Fails<400>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
+    )
+)]
 pub(crate) async fn submit(
     State(app): State<Arc<App>>,
+    params: Result<Query<SubmitQuery>, QueryRejection>,
     headers: HeaderMap,
     JsonBody(request): SubmitBody,
 ) -> Result<Response, ApiError> {
-    let idempotency = idempotency(&headers, &request)?;
-    let scene = checked_scene(&app, &request).await?;
-    let settings = settings::merged(&request.settings, &scene)?;
-    let name = request.name.unwrap_or(scene.name);
-    if name.contains('\0') {
-        // PostgreSQL stores no such text.
-        return Err(ApiError::Invalid("name: must not hold a NUL character".into()));
+    let params = query(params)?;
+    let key = idempotency::key(&headers, "", &request)?;
+    let new = checked(&app, request, key).await?;
+    if params.validate_only {
+        return Ok(Json(would_be(new)).into_response());
     }
-    let new = NewJob {
-        name,
-        manifest: request.manifest,
-        settings,
-        post: scene.post,
-        fps: scene.animation.map(|animation| animation.fps),
-        animation_frames: scene.animation.map(|animation| animation.frames),
-        priority: request.priority,
-        idempotency,
-    };
     let (id, status) = match app.store.submit(&new, now_ms()).await? {
         Submitted::New(id) => (id, StatusCode::CREATED),
         Submitted::Same(id) => (id, StatusCode::OK),
@@ -68,33 +88,80 @@ pub(crate) async fn submit(
     created(&app, id, status).await
 }
 
+/// A job that can be stored.
+async fn checked(
+    app: &App,
+    request: SubmitRequest,
+    idempotency: Option<IdempotencyKey>,
+) -> Result<NewJob, ApiError> {
+    let scene = checked_scene(app, &request).await?;
+    let settings = settings::merged(&request.settings, &scene)?;
+    let webhook = request
+        .webhook
+        .map(|asked| webhook(app, asked))
+        .transpose()?;
+    Ok(NewJob {
+        name: request.name.unwrap_or(scene.name),
+        manifest: request.manifest,
+        settings,
+        post: scene.post,
+        fps: scene.animation.map(|animation| animation.fps),
+        animation_frames: scene.animation.map(|animation| animation.frames),
+        priority: request.priority,
+        webhook,
+        idempotency,
+    })
+}
+
+/// Whom to tell, if that is allowed and can be signed.
+fn webhook(app: &App, asked: WebhookRequest) -> Result<NewWebhook, ApiError> {
+    app.webhooks.check(&asked.url)?;
+    let lengths = limits::WEBHOOK_SECRET_BYTES_MIN..=limits::WEBHOOK_SECRET_BYTES_MAX;
+    match &asked.secret {
+        Some(secret) if !lengths.contains(&secret.len()) => Err(ApiError::Invalid(format!(
+            "webhook.secret: expected {} to {} bytes",
+            lengths.start(),
+            lengths.end()
+        ))),
+        None if app.config.webhook_secret.is_none() => Err(ApiError::Invalid(
+            "webhook.secret: the farm has none of its own, so name one".into(),
+        )),
+        _ => Ok(NewWebhook {
+            url: asked.url,
+            secret: asked.secret,
+        }),
+    }
+}
+
+fn would_be(new: NewJob) -> SubmitCheck {
+    let plan = Plan::new(&new.settings);
+    let frames = u64::from(new.settings.frames);
+    let units = plan.first_units(&new.settings.stop);
+    SubmitCheck {
+        name: new.name,
+        settings: new.settings,
+        fps: new.fps,
+        animation_frames: new.animation_frames,
+        units_total: units.saturating_mul(frames),
+        samples_max: plan.frame_samples().saturating_mul(frames),
+    }
+}
+
+/// What 200 answers a submission with, for the document.
+#[derive(Debug, Serialize, ToSchema)]
+#[serde(untagged)]
+#[allow(dead_code)]
+enum SubmitAnswer {
+    Same(Box<JobView>),
+    Check(Box<SubmitCheck>),
+}
+
 async fn created(app: &App, id: JobId, status: StatusCode) -> Result<Response, ApiError> {
     let row = app.store.job(id).await?;
     let row = row.ok_or_else(|| super::extract::no_job(id))?;
     let place = routes::fill(routes::JOB, &id.to_string());
     let view = job_view(app, row).await?;
     Ok((status, [(header::LOCATION, place)], Json(view)).into_response())
-}
-
-fn idempotency(
-    headers: &HeaderMap,
-    request: &SubmitRequest,
-) -> Result<Option<(String, ContentHash)>, ApiError> {
-    let Some(key) = headers.get("idempotency-key") else {
-        return Ok(None);
-    };
-    let key = key
-        .to_str()
-        .ok()
-        .filter(|key| (1..=KEY_BYTES_MAX).contains(&key.len()))
-        .ok_or_else(|| {
-            ApiError::BadRequest(format!(
-                "Idempotency-Key must be 1 to {KEY_BYTES_MAX} visible ASCII characters"
-            ))
-        })?;
-    // The meaning of the body, not its spelling.
-    let body = serde_json::to_vec(request).map_err(|e| ApiError::Internal(e.to_string()))?;
-    Ok(Some((key.to_owned(), ContentHash::of(&body))))
 }
 
 /// The scene, if it and every file it needs are stored and named.

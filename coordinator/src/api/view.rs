@@ -3,10 +3,10 @@
 use super::errors::point;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::farm::{JobCounts, job_state, nmse_at, samples_to_error};
+use crate::farm::{JobCounts, job_state, nmse_at, samples_to_error, webhook_state};
 use crate::fold;
 use crate::store::{Ended, JobRow};
-use shearwater_shared::api::JobView;
+use shearwater_shared::api::{JobView, WebhookView};
 use shearwater_shared::film::ErrorEstimate;
 use shearwater_shared::job::{JobId, JobState};
 use shearwater_shared::limits::FILM_HASHES_MAX;
@@ -22,9 +22,11 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
     let note = paused
         .map(|why| format!("paused: {why}. It goes on by itself"))
         .or_else(|| note(&row, &app.config.build));
+    let webhook = webhook(app, &row).await?;
     let mut view = progress(row, now_ms());
     view.newest_error = newest_error;
     view.note = note;
+    view.webhook = webhook;
     if let Some((frame, error)) = error {
         view.error_frame = Some(view.settings.absolute_frame(frame));
         // Of a job that may stop earlier nobody knows the last number of samples.
@@ -43,6 +45,36 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
         view.film_hashes = hashes.into_iter().map(|(_, hash)| hash).collect();
     }
     Ok(view)
+}
+
+/// The view without what follows from the time alone: equal as long as nothing
+/// happens to the job.
+pub(super) fn meaning(view: &JobView) -> JobView {
+    JobView {
+        elapsed_s: 0.0,
+        samples_per_s: 0.0,
+        remaining_s: None,
+        target_s: None,
+        ..view.clone()
+    }
+}
+
+/// Whom its end is told, and how far that has come.
+async fn webhook(app: &App, row: &JobRow) -> Result<Option<WebhookView>, ApiError> {
+    let found = app.store.webhook(row.id).await?;
+    Ok(found.map(|webhook| WebhookView {
+        state: webhook_state(row.finished_ms, webhook.told, now_ms()),
+        url: webhook
+            .url
+            .split(['?', '#'])
+            .next()
+            .unwrap_or_default()
+            .to_owned(),
+        attempts: webhook.attempts,
+        last_status: webhook.last_status,
+        last_error: webhook.last_error,
+        delivered_ms: webhook.delivered_ms,
+    }))
 }
 
 /// The error of the worst finished frame; before there is one, of the first.
@@ -163,6 +195,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         depth_cap_hits: row.depth_cap_hits,
         unequal_results: row.unequal_results,
         film_hashes: Vec::new(),
+        webhook: None,
         rev: row.rev,
     }
 }

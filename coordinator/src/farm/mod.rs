@@ -13,6 +13,7 @@ mod forecast;
 mod lease_size;
 mod runs;
 mod state;
+mod webhook;
 
 pub use adaptive::{TileAtLevel, Verdict, verdict};
 pub use choose::{LiveJob, next_job};
@@ -27,3 +28,4 @@ pub use forecast::{nmse_at, samples_to_error};
 pub use lease_size::{Sizing, lease_units};
 pub use runs::{Unit, cut_runs};
 pub use state::{JobCounts, job_state};
+pub use webhook::{TRIES_MS, TRY_MS, Told, ahead_ms_max, pause_ms, webhook_state};

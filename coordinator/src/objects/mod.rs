@@ -15,7 +15,8 @@ use axum::body::Bytes;
 use futures_util::stream::{BoxStream, StreamExt, TryStreamExt};
 use object_store::path::Path;
 use object_store::{
-    Error, GetResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode, PutOptions, PutPayload,
+    Error, GetOptions, GetRange, GetResult, ObjectMeta, ObjectStore, ObjectStoreExt, PutMode,
+    PutOptions, PutPayload,
 };
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
@@ -167,6 +168,25 @@ impl Objects {
     pub async fn open(&self, name: &str) -> Result<GetResult, ObjectError> {
         self.store
             .get(&Path::from(name))
+            .await
+            .map_err(|source| failed(name, source))
+    }
+
+    /// An object, or a range of its bytes, to be read in pieces.
+    ///
+    /// # Errors
+    /// The store failed, there is no such object, or it ends before the range begins.
+    pub async fn open_range(
+        &self,
+        name: &str,
+        range: Option<std::ops::Range<u64>>,
+    ) -> Result<GetResult, ObjectError> {
+        let options = GetOptions {
+            range: range.map(GetRange::Bounded),
+            ..GetOptions::default()
+        };
+        self.store
+            .get_opts(&Path::from(name), options)
             .await
             .map_err(|source| failed(name, source))
     }

@@ -1,6 +1,7 @@
 //! Samples are added to a job.
 
 use super::error::{Attempt, StoreError, corrupt};
+use super::idem::{self, IdempotencyKey};
 use super::open::Store;
 use super::rows::{JobRow, big};
 use shearwater_shared::job::{JobId, RenderSettings};
@@ -11,7 +12,8 @@ impl Store {
     /// Give the job the settings `new`, made of those of `old` (see
     /// [`crate::farm::extended`]): what is counted stays, what is missing is due
     /// again, frame by frame as it is claimed. False when the job has changed in
-    /// this respect since it was read, or has ended without being done.
+    /// this respect since it was read, or has ended without being done. `key` is
+    /// remembered with it.
     ///
     /// # Errors
     /// The database failed; the job is as before.
@@ -19,6 +21,7 @@ impl Store {
         &self,
         old: &JobRow,
         new: &RenderSettings,
+        key: Option<&IdempotencyKey>,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
         let mut tx = self.begin().await?;
@@ -41,6 +44,9 @@ impl Store {
         .attempt("extend job")?;
         if live.rows_affected() != 1 {
             return Ok(false);
+        }
+        if let Some(key) = key {
+            idem::remember(&mut tx, key, old.id, now_ms).await?;
         }
         reopen(&mut tx, old.id).await?;
         if new.stop.error.is_some() {

@@ -4,7 +4,7 @@ use super::error::{Attempt, StoreError};
 use super::url::DatabaseUrl;
 use sqlx::any::AnyPoolOptions;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
-use sqlx::{Any, AnyPool, Connection, Executor, SqlSafeStr, Transaction};
+use sqlx::{Any, AnyPool, Connection, Executor, Row, SqlSafeStr, Transaction};
 use std::time::Duration;
 
 /// Reading connections of one process: progress, listings and pictures read
@@ -115,6 +115,23 @@ impl Store {
         Ok(())
     }
 
+    /// Whether the tables are those of this version: another coordinator of a later
+    /// one may have migrated them since this one started.
+    ///
+    /// # Errors
+    /// The database does not answer.
+    pub async fn tables_fit(&self) -> Result<bool, StoreError> {
+        let row = sqlx::query(
+            "SELECT CAST(coalesce(max(version), 0) AS BIGINT) AS version FROM _sqlx_migrations",
+        )
+        .fetch_one(&self.read)
+        .await
+        .attempt("read version of tables")?;
+        let found: i64 = row.try_get("version").attempt("version")?;
+        let ours = migrator().iter().map(|migration| migration.version).max();
+        Ok(ours == Some(found))
+    }
+
     /// Close every connection; waits for running statements.
     pub async fn close(&self) {
         self.read.close().await;
@@ -212,6 +229,11 @@ fn migrator() -> Migrator {
             "stores",
             include_str!("../../migrations/0006_stores.sql"),
         ),
+        simple(
+            9,
+            "webhook",
+            include_str!("../../migrations/0009_webhook.sql"),
+        ),
     ])
 }
 
@@ -248,7 +270,6 @@ async fn pool(url: &DatabaseUrl, connections: u32) -> Result<AnyPool, StoreError
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sqlx::Row;
 
     async fn store(folder: &tempfile::TempDir) -> Store {
         let url = format!("sqlite://{}/farm.db?mode=rwc", folder.path().display());

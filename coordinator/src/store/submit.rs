@@ -2,9 +2,10 @@
 
 use super::asset_use::note_assets;
 use super::error::{Attempt, StoreError, corrupt};
+use super::idem::{self, IdempotencyKey, Repetition};
 use super::open::Store;
-use super::rows::{big, hash, int};
-use shearwater_shared::hash::ContentHash;
+use super::rows::{big, int};
+use super::webhooks::{self, NewWebhook};
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
 use shearwater_shared::plan::{Plan, Run};
 use shearwater_shared::scene::Post;
@@ -27,8 +28,10 @@ pub struct NewJob {
     pub animation_frames: Option<u32>,
     /// Higher is served first.
     pub priority: i32,
-    /// The client's idempotency key, and the hash of the body it came with.
-    pub idempotency: Option<(String, ContentHash)>,
+    /// Whom to tell its end.
+    pub webhook: Option<NewWebhook>,
+    /// The client's idempotency key.
+    pub idempotency: Option<IdempotencyKey>,
 }
 
 /// What became of a submission.
@@ -54,34 +57,19 @@ impl Store {
         // The counter's row is locked first: two submissions with one key
         // stand in line here, on both engines.
         let id = next_id(&mut tx, "job").await?;
-        if let Some((key, body)) = &new.idempotency {
-            let known = sqlx::query("SELECT body_hash, job FROM idem WHERE key = $1")
-                .bind(key)
-                .fetch_optional(&mut *tx)
-                .await
-                .attempt("read idempotency key")?;
-            if let Some(row) = known {
-                let job = JobId(int(&row, "job")?);
-                return Ok(if hash(&row, "body_hash")? == *body {
-                    Submitted::Same(job)
-                } else {
-                    Submitted::OtherBody(job)
-                });
+        if let Some(key) = &new.idempotency {
+            match idem::known(&mut tx, key).await? {
+                Some(Repetition::Same(job)) => return Ok(Submitted::Same(job)),
+                Some(Repetition::OtherBody(job)) => return Ok(Submitted::OtherBody(job)),
+                None => idem::remember(&mut tx, key, JobId(id), now_ms).await?,
             }
-            sqlx::query(
-                "INSERT INTO idem (key, body_hash, job, created_ms) VALUES ($1, $2, $3, $4)",
-            )
-            .bind(key)
-            .bind(body.to_string())
-            .bind(id)
-            .bind(now_ms)
-            .execute(&mut *tx)
-            .await
-            .attempt("store idempotency key")?;
         }
         insert_job(&mut tx, id, new, now_ms).await?;
         if !note_assets(&mut tx, JobId(id), &new.manifest, now_ms).await? {
             return Ok(Submitted::AssetMissing);
+        }
+        if let Some(webhook) = &new.webhook {
+            webhooks::insert(&mut tx, JobId(id), webhook).await?;
         }
         tx.commit().await.attempt("commit submission")?;
         Ok(Submitted::New(JobId(id)))

@@ -176,6 +176,7 @@ impl Farm {
             },
             settings: SettingsOverride::default(),
             priority: 0,
+            webhook: None,
         }
     }
 

@@ -154,12 +154,10 @@ async fn frames_that_cannot_be_are_refused() {
     let job = submit(&farm, SCENE, cut(0, 1)).await;
     assert_eq!((job.fps, job.settings.frames), (None, 1));
     let path = routes::fill(routes::JOB_FRAMES, &job.id.to_string());
-    for bad in ["?page_token=x", "?page_token=-1", "?page_size=x", "?nome=1"] {
+    for bad in ["?page_token=x", "?page_token=7", "?page_size=x", "?nome=1"] {
         let answer = farm.get(&format!("{path}{bad}")).await;
         problem(answer, 400, "bad-request").await;
     }
-    let none: FramePage = json(farm.get(&format!("{path}?page_token=7")).await).await;
-    assert_eq!((none.frames, none.next_page_token), (vec![], None));
     let path = routes::fill(routes::JOB_FRAMES, "99");
     problem(farm.get(&path).await, 404, "not-found").await;
 }
@@ -196,8 +194,7 @@ async fn many_frames_stay_out_of_the_jobs_own_json() {
     let text = farm.get(&path).await.text().await.expect("body");
     assert!(text.len() < 2_000, "{text}");
     let path = routes::fill(routes::JOB_FRAMES, &job.id.to_string());
-    let last = format!("{path}?page_token={}", FRAMES_MAX - 1);
-    let page: FramePage = json(farm.get(&last).await).await;
-    assert_eq!(page.frames.len(), 1);
-    assert_eq!(page.frames[0].frame, FRAMES_MAX - 1);
+    let page: FramePage = json(farm.get(&format!("{path}?page_size=3")).await).await;
+    assert_eq!(page.frames.len(), 3);
+    assert!(page.next_page_token.is_some());
 }

@@ -4,7 +4,7 @@ use crate::farm::{Farm, json, lease_request, problem, start, start_with, worker}
 use reqwest::StatusCode;
 use shearwater_shared::api::{
     FailureKind, FailureReport, HeartbeatRequest, HeartbeatResponse, JobView, Lease,
-    ReleaseRequest, WorkerView,
+    ReleaseRequest, WorkerPage,
 };
 use shearwater_shared::job::JobState;
 use shearwater_shared::plan::Run;
@@ -47,7 +47,8 @@ async fn lease_size_follows_speed_and_leaves_some_for_others() {
     let slow = farm.lease("slow", 50_000.0).await.expect("work");
     assert_eq!(blocks(&slow), 1, "never nothing");
     assert_eq!(farm.job(job.id).await.state, JobState::Running);
-    let workers: Vec<WorkerView> = json(farm.get(routes::WORKERS).await).await;
+    let page: WorkerPage = json(farm.get(routes::WORKERS).await).await;
+    let workers = page.workers;
     let names: Vec<_> = workers.iter().map(|w| w.worker.name.as_str()).collect();
     assert_eq!(names, ["fast", "new", "slow"]);
     assert!(

@@ -1,6 +1,8 @@
 //! The coordinator as its clients see it: a real listener, made-up workers.
 
 mod assets;
+mod conditional;
+mod contract;
 mod errors;
 mod farm;
 mod frames;
@@ -11,3 +13,4 @@ mod pictures;
 mod restart;
 mod results;
 mod stop;
+mod webhooks;

@@ -91,5 +91,6 @@ async fn health_is_told() {
     assert_eq!(ready["status"], "ready");
     std::fs::remove_dir_all(farm.dir.path().join("objects")).expect("remove");
     std::fs::write(farm.dir.path().join("objects"), b"in the way").expect("write");
-    problem(farm.get(routes::READYZ).await, 503, "busy").await;
+    let why = problem(farm.get(routes::READYZ).await, 503, "not-ready").await;
+    assert!(why.detail.contains("object store"), "{}", why.detail);
 }

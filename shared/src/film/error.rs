@@ -3,6 +3,7 @@
 use super::{Brightness, TileFilm};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
 
 /// Side of the squares, in pixels, over which the relative error is formed: few
 /// enough pixels to find dark corners, enough that one noisy pixel does not
@@ -26,7 +27,7 @@ const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
 /// Error of a film, estimated from the difference of its halves. The expected
 /// value of (A - B)^2 / 4 is the variance of (A + B) / 2, for independent
 /// halves of equal count; nothing is divided by noisy pixels.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct ErrorEstimate {
     /// Mean squared error per pixel and channel of the mean picture.
     pub mse: f64,
@@ -42,7 +43,7 @@ pub struct ErrorEstimate {
 }
 
 /// More about the error of a film.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema, ToSchema)]
 pub struct ErrorDetail {
     /// Relative MSE: mean over pixels of sum (A-B)^2/4 over (sum A*B + 0.01 n), both
     /// sums over the 16 x 16 pixels (n values) around it.

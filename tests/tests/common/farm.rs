@@ -83,6 +83,7 @@ impl Farm {
         let mut process = Process::start(
             command(["coordinator", "--json", "--listen"])
                 .arg(format!("127.0.0.1:{port}"))
+                .args(["--webhook-allow", "127.0.0.1"])
                 .args(&self.places.args)
                 .envs(self.places.envs.iter().cloned()),
         );
