@@ -100,8 +100,15 @@ async fn checked(
         .webhook
         .map(|asked| webhook(app, asked))
         .transpose()?;
+    let name = request.name.unwrap_or(scene.name);
+    if name.contains('\0') {
+        // PostgreSQL stores no such text.
+        return Err(ApiError::Invalid(
+            "name: must not hold a NUL character".into(),
+        ));
+    }
     Ok(NewJob {
-        name: request.name.unwrap_or(scene.name),
+        name,
         manifest: request.manifest,
         settings,
         post: scene.post,

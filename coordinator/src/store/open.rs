@@ -74,13 +74,13 @@ impl Store {
             Engine::Sqlite => 1,
             Engine::Postgres => WRITE_CONNECTIONS,
         };
+        migrate(url).await?;
         let write = pool(url, writers).await?;
         let store = Self {
             engine: url.engine(),
             read: pool(url, READ_CONNECTIONS).await?,
             write,
         };
-        store.migrate().await?;
         store.vacuum_hot_tables_often().await?;
         Ok(store)
     }
@@ -175,30 +175,29 @@ impl Store {
         }
         Ok(())
     }
+}
 
-    async fn migrate(&self) -> Result<(), StoreError> {
-        let mut tried = 0;
-        loop {
-            tried += 1;
-            let mut connection = self.write.acquire().await.attempt("open")?;
-            if self.engine == Engine::Postgres {
-                // A large table takes its time.
-                let unbounded = connection.execute("SET statement_timeout = 0").await;
-                unbounded.attempt("open")?;
+/// Bring the tables to this version, over a connection that may take its time: a
+/// large table needs more than a statement of ours may.
+async fn migrate(url: &DatabaseUrl) -> Result<(), StoreError> {
+    let begins: &'static [&'static str] = match url.engine() {
+        Engine::Sqlite => &SQLITE_BEGINS,
+        Engine::Postgres => &[],
+    };
+    let pool = pool_of(url, 1, begins).await?;
+    let mut tried = 0;
+    let migrated = loop {
+        tried += 1;
+        match migrator().run(&pool).await {
+            Err(error) if tried < MIGRATION_TRIES => {
+                tracing::debug!(%error, tried, "migration collided, trying again");
+                tokio::time::sleep(MIGRATION_PAUSE).await;
             }
-            let migrated = migrator().run(&mut *connection).await;
-            // The next one begins with all settings.
-            connection.close().await.attempt("open")?;
-            match migrated {
-                Ok(()) => return Ok(()),
-                Err(error) if tried == MIGRATION_TRIES => return Err(error.into()),
-                Err(error) => {
-                    tracing::debug!(%error, tried, "migration collided, trying again");
-                    tokio::time::sleep(MIGRATION_PAUSE).await;
-                }
-            }
+            migrated => break migrated,
         }
-    }
+    };
+    pool.close().await;
+    Ok(migrated?)
 }
 
 fn migrator() -> Migrator {
@@ -238,9 +237,21 @@ fn migrator() -> Migrator {
 }
 
 async fn pool(url: &DatabaseUrl, connections: u32) -> Result<AnyPool, StoreError> {
-    let (timeout, begins): (_, &'static [&'static str]) = match url.engine() {
-        Engine::Sqlite => (SQLITE_ACQUIRE_TIMEOUT, &SQLITE_BEGINS),
-        Engine::Postgres => (POSTGRES_ACQUIRE_TIMEOUT, &POSTGRES_BEGINS),
+    let begins: &'static [&'static str] = match url.engine() {
+        Engine::Sqlite => &SQLITE_BEGINS,
+        Engine::Postgres => &POSTGRES_BEGINS,
+    };
+    pool_of(url, connections, begins).await
+}
+
+async fn pool_of(
+    url: &DatabaseUrl,
+    connections: u32,
+    begins: &'static [&'static str],
+) -> Result<AnyPool, StoreError> {
+    let timeout = match url.engine() {
+        Engine::Sqlite => SQLITE_ACQUIRE_TIMEOUT,
+        Engine::Postgres => POSTGRES_ACQUIRE_TIMEOUT,
     };
     AnyPoolOptions::new()
         .max_connections(connections)
