@@ -71,6 +71,8 @@ impl Api {
         if base.scheme() != "http" || base.host_str().is_none() {
             return Err(error("expected http://host:port".into()));
         }
+        // As at the program's start; tests begin here.
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let local = matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost"));
         let builder = || {
             let builder = reqwest::Client::builder()

@@ -32,7 +32,7 @@ fn schemathesis() -> PathBuf {
 
 /// One job that is done, one that was cancelled, one that waits.
 fn jobs(farm: &Farm) -> Value {
-    let small = ["--width", "64", "--height", "64", "--spp", "4"];
+    let small = ["--size", "64x64", "--spp", "4"];
     let done = farm.submit(&small);
     let worker = farm.worker(2);
     farm.film_hash(&done);

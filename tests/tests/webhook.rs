@@ -73,7 +73,7 @@ fn receiver(refusals: usize) -> (String, Receiver<Message>) {
 fn a_coordinator_killed_between_two_tries_goes_on_trying() {
     let mut farm = Farm::start();
     let (url, messages) = receiver(2);
-    let small = ["--width", "64", "--height", "64", "--spp", "4"];
+    let small = ["--size", "64x64", "--spp", "4"];
     let secret = [
         "--webhook",
         &url,

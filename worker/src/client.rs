@@ -58,6 +58,9 @@ impl Client {
         if base.scheme() != "http" || base.host_str().is_none() {
             return Err(error("expected http://host:port".into()));
         }
+        // The program does so itself at its start; others that use this crate need
+        // not know. A second time changes nothing.
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let mut builder = reqwest::Client::builder()
             .connect_timeout(CONNECT_TIMEOUT)
             .user_agent(concat!("shearwater-worker/", env!("CARGO_PKG_VERSION")));

@@ -59,14 +59,14 @@ impl Caller {
         // A second one is refused, which is fine: the first serves as well.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let guard = Guard::new(&config.webhook_allow);
-        let http = reqwest::Client::builder()
-            .dns_resolver(Arc::new(guard.clone()))
-            .redirect(reqwest::redirect::Policy::none())
-            .no_proxy()
-            .timeout(Duration::from_millis(TRY_MS.unsigned_abs()))
-            .pool_max_idle_per_host(1)
-            .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")))
-            .build()?;
+        let http = match client(&guard).build() {
+            Ok(http) => http,
+            // A machine without certificates of authorities is no reason to refuse work.
+            Err(error) => {
+                tracing::warn!(%error, "webhooks cannot use https on this machine");
+                client(&guard).tls_certs_only([]).build()?
+            }
+        };
         Ok(Self { http, guard })
     }
 
@@ -74,6 +74,16 @@ impl Caller {
     pub(crate) fn check(&self, url: &str) -> Result<(), Forbidden> {
         self.guard.check(url).map(drop)
     }
+}
+
+fn client(guard: &Guard) -> reqwest::ClientBuilder {
+    reqwest::Client::builder()
+        .dns_resolver(Arc::new(guard.clone()))
+        .redirect(reqwest::redirect::Policy::none())
+        .no_proxy()
+        .timeout(Duration::from_millis(TRY_MS.unsigned_abs()))
+        .pool_max_idle_per_host(1)
+        .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")))
 }
 
 /// Tell every end, until the coordinator stops.

@@ -50,6 +50,8 @@ impl Meddler {
     /// Start it on a port of its own.
     pub(crate) fn start(coordinator: &str) -> Self {
         let runtime = Runtime::new().expect("runtime");
+        // Only the first test of the process installs it.
+        let _ = rustls::crypto::ring::default_provider().install_default();
         let http = reqwest::Client::builder().no_proxy().build();
         let shared = Shared {
             coordinator: coordinator.to_owned(),
