@@ -154,7 +154,10 @@ async fn nameless_assets(
     let mut removed = 0;
     while let Some(object) = found.next().await {
         let object = object?;
-        let hash = object.location.filename().and_then(|name| name.parse().ok());
+        let hash = object
+            .location
+            .filename()
+            .and_then(|name| name.parse().ok());
         let hash: ContentHash = match hash {
             Some(hash) if object.last_modified.timestamp_millis() < before_ms => hash,
             _ => continue,

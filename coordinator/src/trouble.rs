@@ -51,13 +51,16 @@ impl Troubles {
 
     /// What is wrong, for people; `None` when nothing is.
     pub(crate) fn text(&self, now_ms: i64) -> Option<String> {
-        let said = [("database", &self.database), ("object store", &self.objects)]
-            .into_iter()
-            .filter_map(|(what, place)| {
-                let trouble = read(place)?;
-                let seconds = now_ms.saturating_sub(trouble.since_ms) / 1000;
-                Some(format!("the {what} fails for {seconds} s: {}", trouble.why))
-            });
+        let said = [
+            ("database", &self.database),
+            ("object store", &self.objects),
+        ]
+        .into_iter()
+        .filter_map(|(what, place)| {
+            let trouble = read(place)?;
+            let seconds = now_ms.saturating_sub(trouble.since_ms) / 1000;
+            Some(format!("the {what} fails for {seconds} s: {}", trouble.why))
+        });
         let said: Vec<String> = said.collect();
         (!said.is_empty()).then(|| said.join("; "))
     }
@@ -145,7 +148,10 @@ mod tests {
         assert!(!note("x", &troubles.objects, Err("full".into())));
         assert!(troubles.work_pauses() && !troubles.database_is_away());
         let text = troubles.text(now_ms()).expect("trouble");
-        assert!(text.contains("object store") && text.contains("full"), "{text}");
+        assert!(
+            text.contains("object store") && text.contains("full"),
+            "{text}"
+        );
         assert!(!note("x", &troubles.objects, Err("still full".into())));
         assert!(note("x", &troubles.objects, Ok(())), "it ends once");
         assert!(!note("x", &troubles.objects, Ok(())));

@@ -4,9 +4,9 @@
 mod common;
 
 use common::farm::{Farm, right_answer};
+use common::relay::Relay;
 use common::stores::{Pair, Places, left_out, new_database, new_prefix};
 use common::stores::{postgres_address, s3_address};
-use common::relay::Relay;
 use common::{http, until};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -68,12 +68,7 @@ fn another_process_holds_the_database_file() {
     let farm = Farm::start_on(Pair::Laptop);
     let file = farm.folder().join("data/farm.db");
     let mut holder = None;
-    goes_on_after(
-        &farm,
-        "database",
-        || holder = Some(hold(&file)),
-        || {},
-    );
+    goes_on_after(&farm, "database", || holder = Some(hold(&file)), || {});
     drop(holder);
 }
 
@@ -83,7 +78,10 @@ fn hold(file: &Path) -> Child {
         c = sqlite3.connect(sys.argv[1], isolation_level=None, timeout=30)\n\
         c.execute('BEGIN IMMEDIATE')\n\
         time.sleep(16)\n";
-    let held = Command::new("python3").args(["-c", PROGRAM]).arg(file).spawn();
+    let held = Command::new("python3")
+        .args(["-c", PROGRAM])
+        .arg(file)
+        .spawn();
     held.expect("python3")
 }
 
@@ -116,14 +114,19 @@ impl SmallDisk {
             .arg(folder.path())
             .stderr(Stdio::null())
             .status();
-        status.is_ok_and(|status| status.success()).then_some(Self { folder })
+        status
+            .is_ok_and(|status| status.success())
+            .then_some(Self { folder })
     }
 }
 
 impl Drop for SmallDisk {
     fn drop(&mut self) {
         // Lazily: the coordinator may still have files open.
-        let _ = Command::new("umount").arg("-l").arg(self.folder.path()).status();
+        let _ = Command::new("umount")
+            .arg("-l")
+            .arg(self.folder.path())
+            .status();
     }
 }
 
@@ -162,8 +165,14 @@ fn goes_on_after(farm: &Farm, said: &str, fail: impl FnOnce(), mend: impl FnOnce
     until("the coordinator is ready again", || {
         (http::get(&farm.url, "/readyz").0 == 200).then_some(())
     });
-    assert!(farm.job(&id)["units_done"].as_u64() >= counted, "nothing is lost");
+    assert!(
+        farm.job(&id)["units_done"].as_u64() >= counted,
+        "nothing is lost"
+    );
     assert_eq!(farm.film_hash(&id), right_answer());
     let job = farm.job(&id);
-    assert_eq!((&job["state"], &job["note"]), (&"done".into(), &serde_json::Value::Null));
+    assert_eq!(
+        (&job["state"], &job["note"]),
+        (&"done".into(), &serde_json::Value::Null)
+    );
 }

@@ -19,7 +19,13 @@ fn one_of_two_is_killed(pair: Pair) {
     let other = farm.replica();
     let id = farm.submit(&[]);
     // A client that follows the events of the one that stays.
-    let watcher = Process::start(&mut command(["watch", &id, "--json", "--coordinator", &other.url]));
+    let watcher = Process::start(&mut command([
+        "watch",
+        &id,
+        "--json",
+        "--coordinator",
+        &other.url,
+    ]));
     let _workers = [farm.worker(1), worker_for(&other.url, 1)];
     farm.under_way(&id, 3);
     farm.kill_coordinator();

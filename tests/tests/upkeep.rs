@@ -4,7 +4,9 @@ mod common;
 
 use common::farm::{Farm, film_hash_of, render, right_answer};
 use common::scene;
-use common::stores::{Pair, Places, new_database, new_prefix, on_both_pairs, postgres_program, psql, variable};
+use common::stores::{
+    Pair, Places, new_database, new_prefix, on_both_pairs, postgres_program, psql, variable,
+};
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
@@ -45,7 +47,11 @@ fn a_copy_goes_on_where_the_farm_was(pair: Pair) {
 }
 
 fn copy_folder(farm: &Path, copy: &Path) -> Places {
-    let status = Command::new("cp").arg("-a").arg(farm.join("data")).arg(copy).status();
+    let status = Command::new("cp")
+        .arg("-a")
+        .arg(farm.join("data"))
+        .arg(copy)
+        .status();
     assert!(status.expect("cp").success());
     Places::folder(&copy.join("data"))
 }
@@ -98,7 +104,10 @@ fn a_deleted_job_leaves_nothing(pair: Pair) {
     let _worker = farm.worker(2);
     let id = farm.submit(&["--spp", "64"]);
     let alone = tempfile::tempdir().expect("temporary folder");
-    assert_eq!(farm.film_hash(&id), render(&scene::write(alone.path()), &["--spp", "64"]));
+    assert_eq!(
+        farm.film_hash(&id),
+        render(&scene::write(alone.path()), &["--spp", "64"])
+    );
 }
 
 struct Bounds {
@@ -122,7 +131,13 @@ impl Farm {
     /// A sweep by hand; its report.
     fn gc(&self, more: &[&str]) -> Value {
         let mut command = common::process::command(["gc", "--json"]);
-        command.args(&self.places.args).envs(self.places.envs.iter().cloned()).args(more);
-        common::process::Process::start(&mut command).end().ok().json()
+        command
+            .args(&self.places.args)
+            .envs(self.places.envs.iter().cloned())
+            .args(more);
+        common::process::Process::start(&mut command)
+            .end()
+            .ok()
+            .json()
     }
 }

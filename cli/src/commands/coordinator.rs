@@ -57,7 +57,12 @@ pub(crate) struct Stores {
     #[arg(long, value_name = "DIR", default_value = "shearwater-data")]
     data: PathBuf,
     /// Database: sqlite:///FILE or postgres://USER:PASSWORD@HOST/NAME [default: farm.db in the data folder]
-    #[arg(long, value_name = "URL", env = "SHEARWATER_DATABASE", hide_env_values = true)]
+    #[arg(
+        long,
+        value_name = "URL",
+        env = "SHEARWATER_DATABASE",
+        hide_env_values = true
+    )]
     database: Option<String>,
     /// Pixel data and assets: file:///FOLDER or s3://BUCKET/PREFIX [default: objects in the data folder]
     #[arg(long, value_name = "URL", env = "SHEARWATER_OBJECTS")]

@@ -54,8 +54,15 @@ pub(crate) async fn run(args: &Gc, json: bool) -> Result<(), CliError> {
         ("leavings", swept.leavings),
     ];
     if json {
-        let rows: Map<_, _> = report.rows.into_iter().map(|(table, rows)| (table.to_owned(), rows.into())).collect();
-        let removed: Map<_, _> = removed.into_iter().map(|(what, n)| (what.replace(' ', "_"), n.into())).collect();
+        let rows: Map<_, _> = report
+            .rows
+            .into_iter()
+            .map(|(table, rows)| (table.to_owned(), rows.into()))
+            .collect();
+        let removed: Map<_, _> = removed
+            .into_iter()
+            .map(|(what, n)| (what.replace(' ', "_"), n.into()))
+            .collect();
         output::object(&json!({ "removed": removed, "rows": rows }));
         return Ok(());
     }

@@ -178,10 +178,7 @@ pub(crate) async fn upload(
 }
 
 /// Take a body into `upload`; its hash and length.
-async fn receive(
-    body: Body,
-    upload: &mut Upload,
-) -> Result<(ContentHash, u64), ApiError> {
+async fn receive(body: Body, upload: &mut Upload) -> Result<(ContentHash, u64), ApiError> {
     let mut chunks = body.into_data_stream();
     let mut hasher = blake3::Hasher::new();
     let mut size = 0u64;

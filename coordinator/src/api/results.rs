@@ -97,7 +97,10 @@ fn check(job: &JobRow, upload: &PartUpload) -> Result<(), ApiError> {
             job.id, run.frame, run.tile, run.block0, run.block1
         ))
     };
-    if run.frame >= job.settings.frames || upload.worker.len() > NAME_BYTES_MAX || upload.worker.contains('\0') {
+    if run.frame >= job.settings.frames
+        || upload.worker.len() > NAME_BYTES_MAX
+        || upload.worker.contains('\0')
+    {
         return Err(no_run());
     }
     let samples = plan.sample_range(run).ok_or_else(no_run)?;

@@ -21,7 +21,13 @@ impl Objects {
         };
         let name = folder.display().to_string();
         let wrong = |source: Box<dyn std::error::Error + Send + Sync>| {
-            failed(&name, Error::Generic { store: "folder", source })
+            failed(
+                &name,
+                Error::Generic {
+                    store: "folder",
+                    source,
+                },
+            )
         };
         let before = UNIX_EPOCH + Duration::from_millis(u64::try_from(before_ms).unwrap_or(0));
         let removed = tokio::task::spawn_blocking(move || {
@@ -35,12 +41,7 @@ impl Objects {
     }
 }
 
-fn clear(
-    folder: &Path,
-    before: SystemTime,
-    depth: u32,
-    removed: &mut u64,
-) -> std::io::Result<()> {
+fn clear(folder: &Path, before: SystemTime, depth: u32, removed: &mut u64) -> std::io::Result<()> {
     if depth == 0 {
         return Ok(());
     }
@@ -71,15 +72,25 @@ mod tests {
     async fn unfinished_files_and_empty_folders_go() {
         let folder = tempfile::tempdir().expect("folder");
         let objects = Objects::local(folder.path()).expect("open");
-        objects.put("part/1/0/0/x", b"x".to_vec()).await.expect("put");
+        objects
+            .put("part/1/0/0/x", b"x".to_vec())
+            .await
+            .expect("put");
         let at = |name: &str| folder.path().join(name);
         std::fs::write(at("part/1/0/0/y#1"), b"half").expect("write");
         std::fs::create_dir_all(at("part/2/0/0")).expect("folders");
-        assert_eq!(objects.remove_leavings(0).await.expect("sweep"), 0, "too new");
+        assert_eq!(
+            objects.remove_leavings(0).await.expect("sweep"),
+            0,
+            "too new"
+        );
         let soon = i64::MAX / 2;
         let removed = objects.remove_leavings(soon).await.expect("sweep");
         assert_eq!(removed, 4, "a file and three folders");
         assert!(at("part/1/0/0/x").exists() && !at("part/2").exists());
-        objects.put("part/2/0/0/x", b"x".to_vec()).await.expect("put again");
+        objects
+            .put("part/2/0/0/x", b"x".to_vec())
+            .await
+            .expect("put again");
     }
 }

@@ -152,10 +152,7 @@ mod tests {
             prefix: prefix.into(),
         };
         for (url, place) in [
-            (
-                "file:///srv/a%20b",
-                ObjectsUrl::Folder("/srv/a b".into()),
-            ),
+            ("file:///srv/a%20b", ObjectsUrl::Folder("/srv/a b".into())),
             ("s3://farm", s3("farm", "")),
             ("s3://farm/", s3("farm", "")),
             ("s3://farm/a/b/", s3("farm", "a/b")),

@@ -1,9 +1,9 @@
 //! Which job needs which asset, and which assets nobody needs.
 
+use super::error::corrupt;
 use super::error::{Attempt, StoreError};
 use super::open::Store;
 use super::rows::{int, json, text};
-use super::error::corrupt;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest};
 use sqlx::{Any, AssertSqlSafe, Row, Transaction};
@@ -138,7 +138,10 @@ pub(super) async fn note_assets(
         let places = places.join(", ");
         // First the rows themselves, so that no sweep can doom them meanwhile.
         let take = format!("UPDATE asset SET used_ms = $1 WHERE doomed = 0 AND hash IN ({places})");
-        found += bound(&take, now_ms, some).execute(&mut **tx).await.attempt("take assets")?
+        found += bound(&take, now_ms, some)
+            .execute(&mut **tx)
+            .await
+            .attempt("take assets")?
             .rows_affected();
         let note = format!(
             "INSERT INTO job_asset (hash, job) SELECT hash, $1 FROM asset \
@@ -167,7 +170,14 @@ fn bound<'q>(
 
 /// Rows of each table, for statements about growth.
 pub const COUNTED_TABLES: [&str; 8] = [
-    "job", "frame", "unit", "part", "tilefold", "lease", "asset", "job_asset",
+    "job",
+    "frame",
+    "unit",
+    "part",
+    "tilefold",
+    "lease",
+    "asset",
+    "job_asset",
 ];
 
 impl Store {

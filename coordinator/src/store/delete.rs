@@ -50,10 +50,7 @@ impl Store {
         // added once it is gone.
         for (statement, what) in [
             ("DELETE FROM job WHERE id = $1", "delete job"),
-            (
-                "INSERT INTO deletion (job) VALUES ($1)",
-                "note deleted job",
-            ),
+            ("INSERT INTO deletion (job) VALUES ($1)", "note deleted job"),
             ("DELETE FROM idem WHERE job = $1", "delete idempotency key"),
         ] {
             let done = sqlx::query(statement)

@@ -42,9 +42,7 @@ const POSTGRES_BEGINS: [&str; 4] = [
 /// Tables of which each row is written several times within minutes: vacuumed
 /// after so many dead rows instead of after a fifth of the table, which slowed
 /// claims by half within half a minute.
-const HOT_TABLES: [&str; 5] = [
-    "unit", "part", "tilefold", "lease", "worker",
-];
+const HOT_TABLES: [&str; 5] = ["unit", "part", "tilefold", "lease", "worker"];
 
 /// Which database speaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -31,8 +31,14 @@ async fn promises(objects: &Objects) {
 }
 
 async fn what_is_put_is_there(objects: &Objects) {
-    objects.put("part/1/0/0/a", b"one".to_vec()).await.expect("put");
-    objects.put("part/12/0/0/b", b"two".to_vec()).await.expect("put");
+    objects
+        .put("part/1/0/0/a", b"one".to_vec())
+        .await
+        .expect("put");
+    objects
+        .put("part/12/0/0/b", b"two".to_vec())
+        .await
+        .expect("put");
     let got = objects.get("part/1/0/0/a").await.expect("get");
     assert_eq!(&got[..], b"one");
     assert_eq!(objects.size("part/1/0/0/a").await.expect("size"), Some(3));
@@ -49,10 +55,19 @@ async fn what_is_put_is_there(objects: &Objects) {
 }
 
 async fn names_are_written_once(objects: &Objects) {
-    objects.put("film/1/x", b"first".to_vec()).await.expect("put");
+    objects
+        .put("film/1/x", b"first".to_vec())
+        .await
+        .expect("put");
     // The same again is a repetition whose first answer was lost.
-    objects.put("film/1/x", b"first".to_vec()).await.expect("same");
-    objects.put("film/1/x", b"other".to_vec()).await.expect_err("taken");
+    objects
+        .put("film/1/x", b"first".to_vec())
+        .await
+        .expect("same");
+    objects
+        .put("film/1/x", b"other".to_vec())
+        .await
+        .expect_err("taken");
     let got = objects.get("film/1/x").await.expect("get");
     assert_eq!(&got[..], b"first");
     let mut racers = tokio::task::JoinSet::new();
@@ -60,7 +75,12 @@ async fn names_are_written_once(objects: &Objects) {
         let objects = objects.clone();
         racers.spawn(async move { objects.put("film/1/race", vec![racer; 1000]).await.is_ok() });
     }
-    let won = racers.join_all().await.into_iter().filter(|&won| won).count();
+    let won = racers
+        .join_all()
+        .await
+        .into_iter()
+        .filter(|&won| won)
+        .count();
     assert_eq!(won, 1, "one of them is there");
 }
 
@@ -71,14 +91,20 @@ async fn pieces_become_one_object(objects: &Objects) {
         let name = format!("asset/{bytes}");
         let mut upload = objects.upload(&name);
         for piece in content.chunks(piece) {
-            upload.put(Bytes::copy_from_slice(piece)).await.expect("piece");
+            upload
+                .put(Bytes::copy_from_slice(piece))
+                .await
+                .expect("piece");
         }
         assert_eq!(objects.size(&name).await.expect("size"), None, "not yet");
         upload.complete().await.expect("complete");
         assert_eq!(objects.get(&name).await.expect("get"), content);
         // Again, as a client does that mends a damaged copy.
         let mut upload = objects.upload(&name);
-        upload.put(Bytes::from(content.clone())).await.expect("piece");
+        upload
+            .put(Bytes::from(content.clone()))
+            .await
+            .expect("piece");
         upload.complete().await.expect("complete");
         assert_eq!(objects.get(&name).await.expect("get"), content);
     }

@@ -78,7 +78,10 @@ async fn work(store: Store, race: Arc<Race>, seed: u64) -> u64 {
             continue;
         };
         idle = 0;
-        store.prolong("w", &[claimed.id], now_ms + 80).await.expect("prolong");
+        store
+            .prolong("w", &[claimed.id], now_ms + 80)
+            .await
+            .expect("prolong");
         if turn.is_multiple_of(11) {
             store.release("w", claimed.id).await.expect("release");
             continue;

@@ -93,7 +93,10 @@ pub(crate) fn new_prefix() -> String {
 
 /// Run PostgreSQL's client.
 pub(crate) fn psql(url: &str, args: &[&str]) {
-    postgres_program("psql", &[&["-q", "-v", "ON_ERROR_STOP=1", url], args].concat());
+    postgres_program(
+        "psql",
+        &[&["-q", "-v", "ON_ERROR_STOP=1", url], args].concat(),
+    );
 }
 
 /// Run one of PostgreSQL's programs.
@@ -121,6 +124,7 @@ pub(crate) fn left_out(test: &str, why: &str) {
 }
 
 /// Each test, a function of a pair, as one test for each pair.
+#[allow(unused_macros, reason = "each test binary uses its own part")]
 macro_rules! on_both_pairs {
     ($($name:ident;)*) => {$(
         mod $name {
