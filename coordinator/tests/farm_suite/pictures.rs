@@ -91,6 +91,12 @@ async fn health_is_told() {
     assert_eq!(ready["status"], "ready");
     std::fs::remove_dir_all(farm.dir.path().join("objects")).expect("remove");
     std::fs::write(farm.dir.path().join("objects"), b"in the way").expect("write");
+    // Noticed by the coordinator's own next try at writing.
+    let started = std::time::Instant::now();
+    while farm.get(routes::READYZ).await.status() == 200 {
+        assert!(started.elapsed().as_secs() < 30, "never noticed");
+        tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+    }
     let why = problem(farm.get(routes::READYZ).await, 503, "not-ready").await;
     assert!(why.detail.contains("object store"), "{}", why.detail);
 }
