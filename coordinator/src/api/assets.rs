@@ -26,6 +26,7 @@ const UPLOAD_SILENCE: Duration = Duration::from_secs(30);
 #[utoipa::path(
     post,
     path = routes::ASSETS_MISSING,
+    operation_id = "missing_assets",
     tag = "assets",
     request_body = MissingRequest,
     responses(
@@ -67,6 +68,7 @@ async fn is_stored(app: &App, hash: &ContentHash) -> Result<bool, ApiError> {
 #[utoipa::path(
     get,
     path = routes::ASSET,
+    operation_id = "get_asset",
     tag = "assets",
     params(
         ("hash" = ContentHash, Path, description = "blake3 of the content"),
@@ -123,6 +125,7 @@ pub(crate) async fn download(
 #[utoipa::path(
     put,
     path = routes::ASSET,
+    operation_id = "put_asset",
     tag = "assets",
     params(("hash" = ContentHash, Path, description = "blake3 of the content")),
     request_body(content = Octets, content_type = "application/octet-stream", description = "at most 2 GiB"),

@@ -28,6 +28,7 @@ pub(super) fn config() -> Arc<Config<'static>> {
 #[utoipa::path(
     get,
     path = routes::DOCS,
+    operation_id = "get_docs",
     tag = "service",
     responses((status = 308, description = "To `/docs/`, the page itself"))
 )]

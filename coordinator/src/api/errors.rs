@@ -32,10 +32,10 @@ pub(crate) struct ErrorsQuery {
     #[param(nullable = false)]
     frame: Option<u32>,
     /// How many at most, 100 when nothing is said; never more than 1,000.
-    #[param(minimum = 1, nullable = false)]
+    #[param(nullable = false)]
     page_size: Option<u32>,
     /// `next_page_token` of the page before.
-    #[param(nullable = false, pattern = "^([0-9a-f]{2}){5,204}$")]
+    #[param(nullable = false, pattern = "^(([0-9a-f]{2}){5,204})?$")]
     page_token: Option<String>,
 }
 
@@ -43,6 +43,7 @@ pub(crate) struct ErrorsQuery {
 #[utoipa::path(
     get,
     path = routes::JOB_ERRORS,
+    operation_id = "list_errors",
     tag = "jobs",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),
@@ -53,7 +54,8 @@ pub(crate) struct ErrorsQuery {
         (status = 200, description = "The page", body = ErrorPage, headers(("ETag" = String))),
         (status = 304, description = "The page is the same"),
         Fails<400>,
-        Fails<404>
+        Fails<404>,
+        Fails<422>
     )
 )]
 pub(crate) async fn list(

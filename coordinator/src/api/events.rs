@@ -17,6 +17,7 @@ use std::convert::Infallible;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::{OwnedSemaphorePermit, watch};
+use utoipa::ToSchema;
 
 /// Pause between two events: people see no more, and hundreds of watchers cost
 /// little.
@@ -40,6 +41,7 @@ const LAST_EVENT_ID: &str = "last-event-id";
 #[utoipa::path(
     get,
     path = routes::JOB_EVENTS,
+    operation_id = "watch_job",
     tag = "jobs",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),
@@ -47,7 +49,7 @@ const LAST_EVENT_ID: &str = "last-event-id";
     ),
     responses(
         (status = 200, description = "Events; each one's data is a job", content_type = "text/event-stream",
-            body = String),
+            body = JobEvent),
         (status = 204, description = "The job has ended, and its last event was seen"),
         Fails<404>
     )
@@ -146,6 +148,18 @@ impl Watcher {
             () = tokio::time::sleep(time) => true,
         }
     }
+}
+
+/// One event, for the document.
+#[derive(Debug, ToSchema)]
+#[allow(dead_code)]
+struct JobEvent {
+    /// The job's `rev`.
+    id: String,
+    /// The job, as JSON.
+    data: String,
+    /// Milliseconds before a client connects again; in the first event.
+    retry: Option<u64>,
 }
 
 fn told(view: &JobView, first: bool) -> Option<Event> {

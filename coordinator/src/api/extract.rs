@@ -7,6 +7,7 @@ use axum::extract::{FromRequest, FromRequestParts, Path, Query, Request};
 use axum::http::request::Parts;
 use axum::http::{HeaderMap, header};
 use serde::de::DeserializeOwned;
+use serde_json::Value;
 use shearwater_shared::api::WorkerId;
 use shearwater_shared::job::JobId;
 use shearwater_shared::limits::{JSON_BODY_BYTES_MAX, NAME_BYTES_MAX};
@@ -28,12 +29,54 @@ impl<T: DeserializeOwned, S: Send + Sync, const LIMIT: usize> FromRequest<S>
         let (parts, body) = request.into_parts();
         let bytes = read_body(&parts.headers, body, "application/json", LIMIT).await?;
         let mut json = serde_json::Deserializer::from_slice(&bytes);
-        let value = serde_path_to_error::deserialize(&mut json)
-            .map_err(|e| ApiError::BadRequest(format!("body, {}: {}", e.path(), e.inner())))?;
+        let value = match serde_path_to_error::deserialize(&mut json) {
+            Ok(value) => value,
+            Err(error) => {
+                return with_whole_numbers(&bytes).map(Self).ok_or_else(|| {
+                    ApiError::BadRequest(format!("body, {}: {}", error.path(), error.inner()))
+                });
+            }
+        };
         json.end()
             .map_err(|e| ApiError::BadRequest(format!("body: {e}")))?;
         Ok(Self(value))
     }
+}
+
+/// The same body with `7.0` read as 7: to JSON Schema, and so to clients made from
+/// our document, both are one integer.
+fn with_whole_numbers<T: DeserializeOwned>(bytes: &[u8]) -> Option<T> {
+    let mut value: Value = serde_json::from_slice(bytes).ok()?;
+    make_whole(&mut value).then(|| serde_json::from_value(value).ok())?
+}
+
+/// Largest float that is certainly the integer it was written as: 2^53.
+const WHOLE_FLOAT_MAX: f64 = 9_007_199_254_740_992.0;
+
+/// Turn every float without a fraction into an integer; whether there was one.
+fn make_whole(value: &mut Value) -> bool {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let float = number.as_f64().unwrap_or(f64::NAN);
+            // Beyond, a float may be another integer that was written out.
+            if float.fract() != 0.0 || float.abs() > WHOLE_FLOAT_MAX {
+                return false;
+            }
+            *value = (float as i64).into();
+            true
+        }
+        Value::Array(items) => any_whole(items.iter_mut()),
+        Value::Object(fields) => any_whole(fields.values_mut()),
+        _ => false,
+    }
+}
+
+/// All of them are visited.
+fn any_whole<'a>(values: impl Iterator<Item = &'a mut Value>) -> bool {
+    values
+        .filter_map(|value| make_whole(value).then_some(()))
+        .count()
+        > 0
 }
 
 /// The one variable segment of a path.
@@ -127,7 +170,7 @@ pub(crate) fn check_worker(worker: &WorkerId) -> Result<(), ApiError> {
     // PostgreSQL stores no text with a NUL.
     let wrong = |text: &str| text.len() > NAME_BYTES_MAX || text.contains('\0');
     if worker.instance.is_empty() || wrong(&worker.instance) || wrong(&worker.name) {
-        return Err(ApiError::BadRequest(format!(
+        return Err(ApiError::Invalid(format!(
             "worker: instance must have 1 to {NAME_BYTES_MAX} bytes, name at most so many, none of \
              them 0"
         )));
@@ -138,6 +181,23 @@ pub(crate) fn check_worker(worker: &WorkerId) -> Result<(), ApiError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn whole_floats_are_integers_and_others_are_not() {
+        let read = |text: &str| with_whole_numbers::<Vec<u64>>(text.as_bytes());
+        assert_eq!(read("[7.0, 8, 1e3]"), Some(vec![7, 8, 1000]));
+        for text in [
+            "[7.5]",
+            "[-1.0]",
+            "[1e30]",
+            "[1e400]",
+            "[7]x",
+            "[\"7.0\"]",
+            "",
+        ] {
+            assert_eq!(read(text), None, "{text}");
+        }
+    }
 
     #[tokio::test]
     async fn a_body_above_the_limit_is_named_so() {

@@ -26,6 +26,7 @@ const PAGE_SIZE_MAX: u32 = 1000;
 #[utoipa::path(
     get,
     path = routes::JOB_FRAMES,
+    operation_id = "list_frames",
     tag = "jobs",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),
@@ -36,7 +37,8 @@ const PAGE_SIZE_MAX: u32 = 1000;
         (status = 200, description = "The page", body = FramePage, headers(("ETag" = String))),
         (status = 304, description = "The page is the same"),
         Fails<400>,
-        Fails<404>
+        Fails<404>,
+        Fails<422>
     )
 )]
 pub(crate) async fn list(

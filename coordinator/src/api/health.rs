@@ -17,6 +17,7 @@ const READY_TIMEOUT: Duration = Duration::from_millis(900);
 #[utoipa::path(
     get,
     path = routes::HEALTHZ,
+    operation_id = "healthz",
     tag = "service",
     responses((status = 200, description = "It does", body = HealthView))
 )]
@@ -36,6 +37,7 @@ fn view(status: &str) -> Json<HealthView> {
 #[utoipa::path(
     get,
     path = routes::READYZ,
+    operation_id = "readyz",
     tag = "service",
     responses((status = 200, description = "It can serve", body = HealthView))
 )]

@@ -60,6 +60,7 @@ pub(crate) struct ExrQuery {
 #[utoipa::path(
     get,
     path = routes::JOB_PNG,
+    operation_id = "get_png",
     tag = "pictures",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),
@@ -117,6 +118,7 @@ pub(crate) async fn png(
 #[utoipa::path(
     get,
     path = routes::JOB_EXR,
+    operation_id = "get_exr",
     tag = "pictures",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),

@@ -31,10 +31,10 @@ const PAGE_SIZE_MAX: u32 = 200;
 #[serde(deny_unknown_fields)]
 pub(crate) struct ListQuery {
     /// How many at most, 50 when nothing is said; never more than 200.
-    #[param(minimum = 1, nullable = false)]
+    #[param(nullable = false)]
     page_size: Option<u32>,
     /// `next_page_token` of the page before.
-    #[param(nullable = false, pattern = "^([0-9a-f]{2}){5,204}$")]
+    #[param(nullable = false, pattern = "^(([0-9a-f]{2}){5,204})?$")]
     page_token: Option<String>,
     /// Only jobs in this state.
     #[param(nullable = false, inline)]
@@ -45,9 +45,10 @@ pub(crate) struct ListQuery {
 #[utoipa::path(
     get,
     path = routes::JOBS,
+    operation_id = "list_jobs",
     tag = "jobs",
     params(ListQuery),
-    responses((status = 200, description = "The page", body = JobPage), Fails<400>)
+    responses((status = 200, description = "The page", body = JobPage), Fails<400>, Fails<422>)
 )]
 pub(crate) async fn list(
     State(app): State<Arc<App>>,
@@ -89,6 +90,7 @@ pub(crate) async fn list(
 #[utoipa::path(
     get,
     path = routes::JOB,
+    operation_id = "get_job",
     tag = "jobs",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),
@@ -116,6 +118,7 @@ pub(crate) async fn get_job(
 #[utoipa::path(
     post,
     path = routes::JOB_CANCEL,
+    operation_id = "cancel_job",
     tag = "jobs",
     params(("id" = i64, Path, description = "the job's number", minimum = 1)),
     responses((status = 200, description = "The job", body = JobView), Fails<404>)
@@ -137,6 +140,7 @@ pub(crate) async fn cancel(
 #[utoipa::path(
     delete,
     path = routes::JOB,
+    operation_id = "delete_job",
     tag = "jobs",
     params(("id" = i64, Path, description = "the job's number", minimum = 1)),
     responses((status = 204, description = "It is gone"), Fails<404>)

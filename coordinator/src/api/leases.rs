@@ -38,12 +38,13 @@ const SAMPLES_PER_S_MAX: f64 = 1e12;
 #[utoipa::path(
     post,
     path = routes::WORKER_LEASES,
+    operation_id = "lease_work",
     tag = "worker protocol",
     request_body = LeaseRequest,
     responses(
         (status = 200, description = "Work", body = Lease),
         (status = 204, description = "Nothing within the wait"),
-        Fails<400>, Fails<403>, Fails<408>, Fails<409>, Fails<413>, Fails<415>
+        Fails<400>, Fails<403>, Fails<408>, Fails<409>, Fails<413>, Fails<415>, Fails<422>
     )
 )]
 pub(crate) async fn lease(
@@ -131,6 +132,7 @@ fn check_leases(ids: &[i64]) -> Result<(), ApiError> {
 #[utoipa::path(
     post,
     path = routes::WORKER_HEARTBEAT,
+    operation_id = "heartbeat",
     tag = "worker protocol",
     request_body = HeartbeatRequest,
     responses(
@@ -168,6 +170,7 @@ pub(crate) async fn heartbeat(
 #[utoipa::path(
     post,
     path = routes::WORKER_FAILURES,
+    operation_id = "report_failure",
     tag = "worker protocol",
     request_body = FailureReport,
     responses(
@@ -248,6 +251,7 @@ fn of_frame(mut runs: Vec<Run>, frame: Option<u32>) -> Result<Vec<Run>, ApiError
 #[utoipa::path(
     post,
     path = routes::WORKER_RELEASE,
+    operation_id = "release_leases",
     tag = "worker protocol",
     request_body = ReleaseRequest,
     responses(

@@ -30,6 +30,7 @@ const CORE_US_MAX: u64 = 1 << 40;
 #[utoipa::path(
     post,
     path = routes::WORKER_RESULTS,
+    operation_id = "deliver_result",
     tag = "worker protocol",
     request_body(content = Octets, content_type = "application/vnd.shearwater.v1+bincode"),
     responses(

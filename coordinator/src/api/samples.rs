@@ -23,6 +23,7 @@ const TRIES_MAX: u32 = 4;
 #[utoipa::path(
     post,
     path = routes::JOB_SAMPLES,
+    operation_id = "add_samples",
     tag = "jobs",
     params(
         ("id" = i64, Path, description = "the job's number", minimum = 1),

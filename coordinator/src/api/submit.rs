@@ -43,6 +43,7 @@ pub(crate) struct SubmitQuery {
 #[utoipa::path(
     post,
     path = routes::JOBS,
+    operation_id = "submit_job",
     tag = "jobs",
     params(
         SubmitQuery,
@@ -53,7 +54,14 @@ pub(crate) struct SubmitQuery {
     responses(
         (status = 200, description = "The job that this key made before; or, with `validate_only`, what it would be",
             body = SubmitAnswer),
-        (status = 201, description = "The job", body = JobView, headers(("Location" = String))),
+        (status = 201, description = "The job", body = JobView, headers(("Location" = String)),
+            links(
+                ("job" = (operation_id = "get_job", parameters(("id" = "$response.body#/id")))),
+                ("frames" = (operation_id = "list_frames", parameters(("id" = "$response.body#/id")))),
+                ("samples" = (operation_id = "add_samples", parameters(("id" = "$response.body#/id")))),
+                ("cancel" = (operation_id = "cancel_job", parameters(("id" = "$response.body#/id")))),
+                ("delete" = (operation_id = "delete_job", parameters(("id" = "$response.body#/id"))))
+            )),
         Fails<400>, Fails<408>, Fails<413>, Fails<415>, Fails<422>
     )
 )]
@@ -122,19 +130,22 @@ async fn checked(
 
 /// Whom to tell, if that is allowed and can be signed.
 fn webhook(app: &App, asked: WebhookRequest) -> Result<NewWebhook, ApiError> {
-    app.webhooks.check(&asked.url)?;
+    let url = app.webhooks.check(&asked.url)?;
     let lengths = limits::WEBHOOK_SECRET_BYTES_MIN..=limits::WEBHOOK_SECRET_BYTES_MAX;
     match &asked.secret {
-        Some(secret) if !lengths.contains(&secret.len()) => Err(ApiError::Invalid(format!(
-            "webhook.secret: expected {} to {} bytes",
-            lengths.start(),
-            lengths.end()
-        ))),
+        // PostgreSQL stores no text with a NUL.
+        Some(secret) if !lengths.contains(&secret.len()) || secret.contains('\0') => {
+            Err(ApiError::Invalid(format!(
+                "webhook.secret: expected {} to {} bytes, none of them 0",
+                lengths.start(),
+                lengths.end()
+            )))
+        }
         None if app.config.webhook_secret.is_none() => Err(ApiError::Invalid(
             "webhook.secret: the farm has none of its own, so name one".into(),
         )),
         _ => Ok(NewWebhook {
-            url: asked.url,
+            url,
             secret: asked.secret,
         }),
     }

@@ -27,9 +27,10 @@ const LISTING: &str = "workers";
 #[utoipa::path(
     get,
     path = routes::WORKERS,
+    operation_id = "list_workers",
     tag = "workers",
     params(PageQuery),
-    responses((status = 200, description = "The page", body = WorkerPage), Fails<400>)
+    responses((status = 200, description = "The page", body = WorkerPage), Fails<400>, Fails<422>)
 )]
 pub(crate) async fn list(
     State(app): State<Arc<App>>,

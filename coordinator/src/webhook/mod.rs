@@ -70,9 +70,9 @@ impl Caller {
         Ok(Self { http, guard })
     }
 
-    /// Whether an address could be called.
-    pub(crate) fn check(&self, url: &str) -> Result<(), Forbidden> {
-        self.guard.check(url).map(drop)
+    /// An address as it is called, if that could be allowed.
+    pub(crate) fn check(&self, url: &str) -> Result<String, Forbidden> {
+        self.guard.check(url).map(String::from)
     }
 }
 

@@ -195,7 +195,7 @@ async fn pages_stay_where_they_were_when_jobs_come_and_go() {
         ),
         format!("{}?page_token={token}", routes::WORKERS),
     ] {
-        problem(farm.get(&path).await, 400, "bad-request").await;
+        problem(farm.get(&path).await, 422, "invalid").await;
     }
     let frames: FramePage = json(farm.get(&routes::fill(routes::JOB_FRAMES, "1")).await).await;
     assert_eq!((frames.frames.len(), frames.next_page_token), (1, None));

@@ -249,7 +249,7 @@ async fn workers_of_another_kind_are_told_what_to_install() {
     let mut nameless = lease_request("w", 0.0, 0);
     nameless.worker.instance.clear();
     let answer = farm.post(routes::WORKER_LEASES, &nameless).await;
-    problem(answer, 400, "bad-request").await;
+    problem(answer, 422, "invalid").await;
     let many = HeartbeatRequest {
         worker: WorkerId {
             name: "w".into(),
