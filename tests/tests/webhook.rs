@@ -3,12 +3,17 @@
 mod common;
 
 use common::farm::Farm;
+use common::stores::{Pair, on_both_pairs};
 use common::until;
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::Duration;
+
+on_both_pairs! {
+    a_coordinator_killed_between_two_tries_goes_on_trying;
+}
 
 /// What came, with its event's name in the header.
 struct Message {
@@ -69,9 +74,8 @@ fn receiver(refusals: usize) -> (String, Receiver<Message>) {
     (url, messages)
 }
 
-#[test]
-fn a_coordinator_killed_between_two_tries_goes_on_trying() {
-    let mut farm = Farm::start();
+fn a_coordinator_killed_between_two_tries_goes_on_trying(pair: Pair) {
+    let mut farm = Farm::start_on(pair);
     let (url, messages) = receiver(2);
     let small = ["--size", "64x64", "--spp", "4"];
     let secret = [
