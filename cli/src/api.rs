@@ -2,7 +2,7 @@
 
 use crate::exit::CliError;
 use crate::scene_files::Bundle;
-use reqwest::{RequestBuilder, Response, Url};
+use reqwest::{ClientBuilder, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
     AddSamples, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest,
@@ -10,10 +10,9 @@ use shearwater_shared::api::{
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;
+use shearwater_worker::connection::{Access, causes};
 use std::time::Duration;
 
-/// A coordinator that can be reached connects within this time.
-const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Small calls.
 const CALL_TIMEOUT: Duration = Duration::from_secs(30);
 /// Silence after which the system asks whether an upload's other side is there.
@@ -61,31 +60,22 @@ impl Picture {
 }
 
 impl Api {
-    /// Check the address; nothing is sent yet.
-    pub(crate) fn new(url: &str) -> Result<Self, CliError> {
-        let error = |why: String| CliError::Unreachable {
-            url: url.to_owned(),
+    /// Check the address and the credentials; nothing is sent yet.
+    pub(crate) fn new(url: &str, access: &Access) -> Result<Self, CliError> {
+        let error = |why: String| CliError::Address {
+            // A part that must not be shown is cut off.
+            url: url.rsplit('@').next().unwrap_or_default().to_owned(),
             why,
         };
-        let base = Url::parse(url).map_err(|e| error(e.to_string()))?;
-        if base.scheme() != "http" || base.host_str().is_none() {
-            return Err(error("expected http://host:port".into()));
-        }
-        // As at the program's start; tests begin here.
-        let _ = rustls::crypto::ring::default_provider().install_default();
-        let local = matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost"));
-        let builder = || {
-            let builder = reqwest::Client::builder()
-                .connect_timeout(CONNECT_TIMEOUT)
-                .user_agent(concat!("shearwater/", env!("CARGO_PKG_VERSION")));
-            if local { builder.no_proxy() } else { builder }
+        let client = |change: fn(ClientBuilder) -> ClientBuilder| {
+            let (base, builder) = access.connect(url).map_err(|e| error(e.to_string()))?;
+            let agent = concat!("shearwater/", env!("CARGO_PKG_VERSION"));
+            let client = change(builder.user_agent(agent)).build();
+            let client = client.map_err(|e| error(causes(&e)))?;
+            Ok::<_, CliError>((base, client))
         };
-        let built = |builder: reqwest::ClientBuilder| {
-            let client = builder.build();
-            client.map_err(|e| error(e.to_string()))
-        };
-        let http = built(builder().read_timeout(READ_TIMEOUT))?;
-        let uploads = built(builder().tcp_keepalive(KEEPALIVE))?;
+        let (base, http) = client(|builder| builder.read_timeout(READ_TIMEOUT))?;
+        let (_, uploads) = client(|builder| builder.tcp_keepalive(KEEPALIVE))?;
         Ok(Self {
             http,
             uploads,
@@ -263,15 +253,4 @@ impl Api {
         let bytes = response.bytes().await.map_err(|e| self.unreachable(&e))?;
         Ok(bytes.into())
     }
-}
-
-/// An error with its causes.
-fn causes(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        text = format!("{text}: {cause}");
-        source = cause.source();
-    }
-    text
 }

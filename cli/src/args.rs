@@ -1,10 +1,12 @@
 //! The command line.
 
+use crate::access::AccessArgs;
+use crate::api::Api;
 use crate::commands::{
     add, cancel, compare, coordinator, download, export, gc, jobs, render, report, status, submit,
-    watch, water, worker,
+    token, watch, water, worker,
 };
-use crate::exit;
+use crate::exit::{self, CliError};
 use crate::frames::{self, FrameRange};
 use crate::{output, video};
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -41,8 +43,9 @@ Examples:
   The second second of a moving picture, as numbered files and, with ffmpeg, an MP4:
     shearwater render scenes/fly-past --frames 24..48 -o out
   A farm: one coordinator, any number of workers, jobs from anywhere:
-    shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
-    shearwater worker --coordinator http://farm:7788
+    shearwater token create --role admin --data /var/lib/shearwater
+    shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788
+    SHEARWATER_TOKEN=sw_... shearwater worker --coordinator http://farm:7788
     shearwater submit scene.json --coordinator http://farm:7788
     shearwater watch 1 --coordinator http://farm:7788
     shearwater download 1 -o out --coordinator http://farm:7788
@@ -76,6 +79,7 @@ pub(crate) enum Command {
     Download(download::Download),
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
+    Token(token::Token),
     Compare(compare::Compare),
     Report(report::Report),
     Water(water::Water),
@@ -105,6 +109,15 @@ pub(crate) struct Target {
         default_value = DEFAULT_URL
     )]
     pub(crate) url: String,
+    #[command(flatten)]
+    pub(crate) access: AccessArgs,
+}
+
+impl Target {
+    /// The API there.
+    pub(crate) fn api(&self) -> Result<Api, CliError> {
+        Api::new(&self.url, &self.access.read()?)
+    }
 }
 
 /// What differs from the scene's own job.

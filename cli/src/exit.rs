@@ -59,6 +59,14 @@ pub(crate) enum CliError {
         /// What the network said.
         why: String,
     },
+    /// An address or credentials that cannot be used.
+    #[error("coordinator {url}: {why}")]
+    Address {
+        /// Address.
+        url: String,
+        /// What is wrong.
+        why: String,
+    },
     /// The coordinator's own text.
     #[error("the coordinator refuses: {}: {}", .0.title, .0.detail)]
     Refused(Problem),
@@ -106,7 +114,7 @@ impl CliError {
     pub(crate) const fn exit(&self) -> Exit {
         match self {
             Self::Scene(_) | Self::Variants(_) => Exit::Scene,
-            Self::Unreachable { .. } => Exit::Unreachable,
+            Self::Unreachable { .. } | Self::Address { .. } => Exit::Unreachable,
             Self::Refused(_)
             | Self::Strange { .. }
             | Self::Worker(shearwater_worker::WorkerError::Refused { .. }) => Exit::Refused,

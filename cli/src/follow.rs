@@ -107,6 +107,7 @@ fn show(bar: &ProgressBar, job: &JobView) {
 mod tests {
     use super::*;
     use serde_json::{Value, json};
+    use shearwater_worker::connection::Access;
     use std::io::{BufRead, BufReader, Write};
     use std::net::TcpListener;
 
@@ -162,7 +163,7 @@ mod tests {
         std::thread::spawn(move || serve(&listener));
         let folder = tempfile::tempdir().expect("folder");
         let mut writer = FrameWriter::new(folder.path());
-        let api = Api::new(&url).expect("address");
+        let api = Api::new(&url, &Access::default()).expect("address");
         let job = to_end_with(&api, JobId(1), &bar(true), Some(&mut writer)).await;
         assert!(job.expect("patience").done);
         let names: Vec<_> = writer.files.iter().map(|file| file.file_name()).collect();

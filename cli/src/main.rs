@@ -3,6 +3,7 @@
 //! Nothing is decided here: every subcommand joins coordinator, worker and the
 //! public API, and shows what they say. [`exit`] lists the exit codes.
 
+mod access;
 mod api;
 mod args;
 mod commands;

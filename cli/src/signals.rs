@@ -38,3 +38,19 @@ pub(crate) fn asked_to_end_once() -> impl Future<Output = ()> {
         });
     }
 }
+
+/// Call `act` at each SIGHUP, which then does not end the program; never completes.
+pub(crate) async fn at_each_hangup(act: impl Fn()) {
+    #[cfg(unix)]
+    {
+        use tokio::signal::unix::{SignalKind, signal};
+        if let Ok(mut hangup) = signal(SignalKind::hangup()) {
+            while hangup.recv().await.is_some() {
+                act();
+            }
+        }
+    }
+    #[cfg(not(unix))]
+    let _ = act;
+    std::future::pending::<()>().await;
+}

@@ -1,5 +1,6 @@
 //! Numbered pictures as one film, by the program ffmpeg where it is installed.
 
+use crate::access;
 use shearwater_shared::api::JobView;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -25,6 +26,8 @@ pub(crate) async fn make(job: &JobView, folder: &Path, stem: &str) -> Result<Pat
         format!("no {}: {why}. Made by: {command}", film.display())
     };
     let run = Command::new("ffmpeg")
+        // It needs no right to anything.
+        .env_remove(access::TOKEN_VARIABLE)
         .args(["-nostdin", "-y", "-loglevel", "error"])
         .args(arguments(job, fps, folder, stem, &part))
         .stdin(Stdio::null())

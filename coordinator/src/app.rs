@@ -1,8 +1,9 @@
 //! What requests and background tasks share.
 
+use crate::access::{Rates, Tokens};
 use crate::config::{Config, StartError};
 use crate::objects::{Objects, ObjectsUrl};
-use crate::store::{DatabaseUrl, Store};
+use crate::store::{DatabaseUrl, Store, StoreError};
 use crate::trouble::Troubles;
 use crate::webhook::Caller;
 use std::fmt::Write;
@@ -29,6 +30,8 @@ pub(crate) struct App {
     pub(crate) store: Store,
     pub(crate) objects: Objects,
     pub(crate) webhooks: Caller,
+    pub(crate) tokens: Tokens,
+    pub(crate) rates: Rates,
     /// Counts up when units become ready.
     pub(crate) work: watch::Sender<u64>,
     /// Counts up when a job changes.
@@ -61,6 +64,8 @@ impl App {
         let threads = std::thread::available_parallelism().map_or(2, usize::from);
         let webhooks = Caller::new(&config)?;
         Ok(Self {
+            tokens: Tokens::new(store.clone()),
+            rates: Rates::default(),
             config,
             store,
             objects,
@@ -76,6 +81,13 @@ impl App {
             develops: Arc::new(Semaphore::new(DEVELOPS_MAX)),
             waiters: Arc::new(Semaphore::new(WAITERS_MAX)),
         })
+    }
+
+    /// Whether everybody who reaches this coordinator may use it: its store never
+    /// had a token, and nobody but this machine reaches it, or its owner says so.
+    pub(crate) async fn is_open(&self) -> Result<bool, StoreError> {
+        let may_be = self.config.listen.ip().is_loopback() || self.config.allow_public;
+        Ok(may_be && !self.tokens.any().await?)
     }
 
     /// Run a computation off the async threads; as many at once as the machine
@@ -145,6 +157,19 @@ pub(crate) async fn open_store(config: &Config) -> Result<Store, StartError> {
     };
     tracing::info!(%url, "database");
     Ok(Store::open(&url).await?)
+}
+
+/// The store of a coordinator with these settings, without a coordinator: for
+/// [`crate::access`]. A file is made only if `create` says so.
+///
+/// # Errors
+/// There is none, or it cannot be opened.
+pub async fn open_token_store(config: &Config, create: bool) -> Result<Store, StartError> {
+    let file = config.data_dir.join("farm.db");
+    if !create && config.database.is_none() && !file.is_file() {
+        return Err(StartError::NoStore(config.data_dir.clone()));
+    }
+    open_store(config).await
 }
 
 fn make_folder(path: &Path) -> Result<std::path::PathBuf, StartError> {

@@ -1,10 +1,28 @@
 //! What a coordinator is told at its start, and why it may refuse.
 
+use crate::access::{Role, TokenError};
 use crate::objects::{ObjectError, ObjectsUrl};
+use crate::serve::{TlsError, TlsFiles};
 use crate::store::{DatabaseUrl, StoreError};
 use crate::webhook::{CallerError, Secret};
+use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+
+/// A token that was made elsewhere. Its debug text leaves it out.
+#[derive(Clone)]
+pub struct GivenToken {
+    /// What it is for.
+    pub role: Role,
+    /// The whole token.
+    pub token: String,
+}
+
+impl fmt::Debug for GivenToken {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "GivenToken({})", self.role)
+    }
+}
 
 /// Settings of one coordinator.
 #[derive(Clone, Debug)]
@@ -19,8 +37,14 @@ pub struct Config {
     pub objects: Option<ObjectsUrl>,
     /// Address to listen on; port 0 takes any free one.
     pub listen: SocketAddr,
-    /// Allow addresses that other machines reach, without any protection.
+    /// Answer everybody, also where other machines reach this one, until the store
+    /// has its first token. Without it such an address needs a token to begin
+    /// with.
     pub allow_public: bool,
+    /// Serve by TLS.
+    pub tls: Option<TlsFiles>,
+    /// Tokens that were made elsewhere, to be known to the store from the start on.
+    pub tokens: Vec<GivenToken>,
     /// Numeric build of the farm: workers of another build are refused.
     pub build: String,
     /// How long a lease should take its worker, in milliseconds.
@@ -56,6 +80,8 @@ impl Config {
             objects: None,
             listen,
             allow_public: false,
+            tls: None,
+            tokens: Vec::new(),
             build,
             lease_target_ms: 10_000,
             heartbeat_ms: 3_000,
@@ -69,9 +95,6 @@ impl Config {
     }
 
     pub(crate) fn check(&self) -> Result<(), StartError> {
-        if !self.listen.ip().is_loopback() && !self.allow_public {
-            return Err(StartError::Public(self.listen));
-        }
         if self.lease_ttl_ms < 2 * self.heartbeat_ms || self.heartbeat_ms == 0 {
             return Err(StartError::Heartbeat {
                 heartbeat_ms: self.heartbeat_ms,
@@ -87,9 +110,9 @@ impl Config {
 pub enum StartError {
     /// Would be open to everybody.
     #[error(
-        "refusing to listen on {0}: other machines reach this address, and access tokens are not \
-         available yet. Listen on 127.0.0.1, or allow public access explicitly if the network \
-         itself keeps strangers out"
+        "refusing to listen on {0}: other machines reach this address, and the store has no access \
+         token yet. Make one with `shearwater token create --role admin` on the same store, or \
+         listen on 127.0.0.1"
     )]
     Public(SocketAddr),
     /// A worker that misses one heartbeat would lose its lease.
@@ -117,12 +140,21 @@ pub enum StartError {
     /// Webhooks.
     #[error(transparent)]
     Webhooks(#[from] CallerError),
+    /// No database in the folder.
+    #[error("{0} holds no store; name the coordinator's folder with --data")]
+    NoStore(PathBuf),
     /// The database.
     #[error(transparent)]
     Store(#[from] StoreError),
     /// The objects.
     #[error(transparent)]
     Objects(#[from] ObjectError),
+    /// A token that was given.
+    #[error("a given token: {0}")]
+    Token(#[from] TokenError),
+    /// The certificates.
+    #[error("TLS: {0}")]
+    Tls(#[from] TlsError),
     /// The address.
     #[error("cannot listen on {listen}: {source}; is another coordinator running there?")]
     Listen {
@@ -140,19 +172,6 @@ mod tests {
     fn config(listen: &str) -> Config {
         let listen = listen.parse().expect("address");
         Config::new(PathBuf::new(), listen, "b".into())
-    }
-
-    #[test]
-    fn public_addresses_need_permission() {
-        assert!(config("127.0.0.1:0").check().is_ok());
-        assert!(config("[::1]:80").check().is_ok());
-        for public in ["0.0.0.0:80", "192.168.1.4:80", "[::]:80"] {
-            let mut config = config(public);
-            let refusal = config.check().expect_err("public");
-            assert!(refusal.to_string().contains("tokens"), "{refusal}");
-            config.allow_public = true;
-            assert!(config.check().is_ok());
-        }
     }
 
     #[test]

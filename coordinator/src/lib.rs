@@ -9,6 +9,7 @@
 //! Any number of coordinators may run on one store; each may be killed at any
 //! moment. What was acknowledged is never lost and never counted twice.
 
+pub mod access;
 mod api;
 mod app;
 mod background;
@@ -19,17 +20,21 @@ pub mod farm;
 pub mod fold;
 mod gc;
 pub mod objects;
+mod serve;
 pub mod store;
 pub mod sweep;
 mod trouble;
 mod webhook;
 
-pub use config::{Config, StartError};
+pub use app::open_token_store;
+pub use config::{Config, GivenToken, StartError};
 pub use gc::{GcError, GcReport, gc};
+pub use serve::{TlsError, TlsFiles};
 pub use webhook::{CallerError, Secret};
 
+use access::NewToken;
 use app::App;
-use axum::serve::ListenerExt;
+use serve::{Listener, Serving, Tls};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -45,7 +50,8 @@ const SHUTDOWN_TIMEOUT: Duration = Duration::from_secs(10);
 pub struct Coordinator {
     app: Arc<App>,
     addr: SocketAddr,
-    server: JoinHandle<()>,
+    server: Serving,
+    tls: Option<Tls>,
     tasks: Vec<JoinHandle<()>>,
 }
 
@@ -56,35 +62,41 @@ impl Coordinator {
     /// See [`StartError`]; nothing runs then.
     pub async fn start(config: Config) -> Result<Self, StartError> {
         config.check()?;
+        let tls = config.tls.clone().map(Tls::load).transpose()?;
         let app = Arc::new(App::open(config).await?);
         let listen = app.config.listen;
+        for given in &app.config.tokens {
+            let new = NewToken {
+                role: given.role,
+                name: "given at start".to_owned(),
+                expires_ms: None,
+            };
+            access::adopt(&app.store, &given.token, new, app::now_ms()).await?;
+        }
+        let public = !listen.ip().is_loopback();
+        if public && !app.tokens.any().await? {
+            if !app.config.allow_public {
+                return Err(StartError::Public(listen));
+            }
+            tracing::warn!(
+                %listen,
+                "everybody who reaches this address can use this farm: no token is demanded"
+            );
+        }
         let bound = TcpListener::bind(listen).await;
         let listener = bound.map_err(|source| StartError::Listen { listen, source })?;
         let addr = listener
             .local_addr()
             .map_err(|source| StartError::Listen { listen, source })?;
         let router = api::router(Arc::clone(&app))?;
-        let mut stopping = app.stopping.subscribe();
-        let server = tokio::spawn(async move {
-            // Small answers to waiting workers must not sit in a send buffer.
-            let listener = listener.tap_io(|stream| {
-                if let Err(error) = stream.set_nodelay(true) {
-                    tracing::debug!(%error, "no TCP_NODELAY");
-                }
-            });
-            let serve = axum::serve(listener, router).with_graceful_shutdown(async move {
-                let _ = stopping.wait_for(|stopping| *stopping).await;
-            });
-            if let Err(error) = serve.await {
-                tracing::error!(%error, "the listener failed");
-            }
-        });
+        let server = serve::start(Listener::new(listener), router, tls.as_ref());
         let tasks = background::start(&app);
         tracing::info!(%addr, "coordinator listens");
         Ok(Self {
             app,
             addr,
             server,
+            tls,
             tasks,
         })
     }
@@ -95,16 +107,26 @@ impl Coordinator {
         self.addr
     }
 
+    /// Read certificates and keys again, for further connections; without TLS
+    /// nothing happens.
+    ///
+    /// # Errors
+    /// They cannot be read or used; those of before stay.
+    pub fn reload_certificates(&self) -> Result<(), TlsError> {
+        self.tls.as_ref().map_or(Ok(()), Tls::reload)
+    }
+
+    /// Where clients find it.
+    #[must_use]
+    pub fn url(&self) -> String {
+        let scheme = if self.tls.is_some() { "https" } else { "http" };
+        format!("{scheme}://{}", self.addr)
+    }
+
     /// Stop: no new requests, streams end, running requests get up to ten
     /// seconds. What they leave undone is safe to be done again.
     pub async fn shutdown(mut self) {
-        self.app.stopping.send_replace(true);
-        if tokio::time::timeout(SHUTDOWN_TIMEOUT, &mut self.server)
-            .await
-            .is_err()
-        {
-            tracing::warn!("requests still running after the shutdown's time; cut off");
-        }
+        self.server.end(&self.app, SHUTDOWN_TIMEOUT).await;
         self.stop_tasks();
         for task in &mut self.tasks {
             let _ = task.await;
@@ -113,7 +135,7 @@ impl Coordinator {
     }
 
     fn stop_tasks(&self) {
-        self.server.abort();
+        self.server.cut();
         for task in &self.tasks {
             task.abort();
         }

@@ -1,5 +1,6 @@
 //! The worker protocol over HTTP, one call at a time; no retries here.
 
+use crate::connection::{Access, causes};
 use crate::error::WorkerError;
 use reqwest::{Response, StatusCode, Url, header};
 use serde::{Serialize, de::DeserializeOwned};
@@ -11,8 +12,6 @@ use shearwater_shared::hash::ContentHash;
 use shearwater_shared::{routes, wire};
 use std::time::Duration;
 
-/// A coordinator on the same continent connects far sooner.
-const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// Small JSON calls.
 const CALL_TIMEOUT: Duration = Duration::from_secs(15);
 /// A heartbeat: the next one is due by then, and a lease outlives several.
@@ -48,26 +47,18 @@ pub(crate) struct Client {
 }
 
 impl Client {
-    /// Check the address; nothing is sent yet.
-    pub(crate) fn new(url: &str) -> Result<Self, WorkerError> {
+    /// Check the address and the credentials; nothing is sent yet.
+    pub(crate) fn new(url: &str, access: &Access) -> Result<Self, WorkerError> {
         let error = |message: String| WorkerError::Url {
-            url: url.to_owned(),
+            // A part that must not be shown is cut off.
+            url: url.rsplit('@').next().unwrap_or_default().to_owned(),
             message,
         };
-        let base = Url::parse(url).map_err(|e| error(e.to_string()))?;
-        if base.scheme() != "http" || base.host_str().is_none() {
-            return Err(error("expected http://host:port".into()));
-        }
-        // The program does so itself at its start; others that use this crate need
-        // not know. A second time changes nothing.
-        let _ = rustls::crypto::ring::default_provider().install_default();
-        let mut builder = reqwest::Client::builder()
-            .connect_timeout(CONNECT_TIMEOUT)
-            .user_agent(concat!("shearwater-worker/", env!("CARGO_PKG_VERSION")));
-        if matches!(base.host_str(), Some("127.0.0.1" | "[::1]" | "localhost")) {
-            builder = builder.no_proxy();
-        }
-        let http = builder.build().map_err(|e| error(e.to_string()))?;
+        let (base, builder) = access.connect(url).map_err(|e| error(e.to_string()))?;
+        let http = builder
+            .user_agent(concat!("shearwater-worker/", env!("CARGO_PKG_VERSION")))
+            .build()
+            .map_err(|e| error(causes(&e)))?;
         Ok(Self { http, base })
     }
 
@@ -197,17 +188,4 @@ async fn json<T: DeserializeOwned>(response: Response) -> Result<T, CallError> {
     let bytes = read_bounded(response, ANSWER_BYTES_MAX as u64).await?;
     serde_json::from_slice(&bytes)
         .map_err(|e| CallError::Unavailable(format!("answer is not the expected JSON: {e}")))
-}
-
-/// An error with its causes: the outermost text alone says only "error sending
-/// request".
-fn causes(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut source = error.source();
-    while let Some(cause) = source {
-        text.push_str(": ");
-        text.push_str(&cause.to_string());
-        source = cause.source();
-    }
-    text
 }

@@ -1,5 +1,6 @@
 //! What a worker needs to know before it starts.
 
+use crate::connection::Access;
 use std::time::Duration;
 
 /// Memory that fetched assets may take, in bytes: ten times the assets of a
@@ -11,8 +12,10 @@ const SHUTDOWN_GRACE: Duration = Duration::from_secs(10);
 /// Settings of one worker process. None of them changes a pixel.
 #[derive(Clone, Debug)]
 pub struct Config {
-    /// Where the coordinator listens, `http://host:port`.
+    /// Where the coordinator listens, `http://host:port` or `https://host:port`.
     pub coordinator_url: String,
+    /// With what right, and whom to trust.
+    pub access: Access,
     /// Name for people, at most
     /// [`NAME_BYTES_MAX`](shearwater_shared::limits::NAME_BYTES_MAX) bytes.
     pub name: String,
@@ -38,6 +41,7 @@ impl Config {
     pub fn new(coordinator_url: impl Into<String>, name: impl Into<String>) -> Self {
         Self {
             coordinator_url: coordinator_url.into(),
+            access: Access::default(),
             name: name.into(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             asset_cache_bytes: ASSET_CACHE_BYTES,

@@ -10,6 +10,7 @@ mod assets;
 mod built;
 mod client;
 mod config;
+pub mod connection;
 mod cpu_time;
 mod error;
 mod heartbeat;
@@ -62,7 +63,7 @@ pub async fn run(
     shutdown: impl Future<Output = ()>,
 ) -> Result<Summary, WorkerError> {
     check(&config)?;
-    let client = Client::new(&config.coordinator_url)?;
+    let client = Client::new(&config.coordinator_url, &config.access)?;
     let worker = WorkerId {
         name: config.name.clone(),
         instance: random::instance(),

@@ -1,6 +1,5 @@
 //! `shearwater add`.
 
-use crate::api::Api;
 use crate::args::{self, Target};
 use crate::exit::CliError;
 use crate::output;
@@ -43,7 +42,7 @@ pub(crate) async fn run(args: &Add, json: bool) -> Result<(), CliError> {
         error: args.error,
         seconds: args.seconds,
     };
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let job = api.add_samples(JobId(args.job), &asked).await?;
     if json {
         output::object(&output::job_value(&job));

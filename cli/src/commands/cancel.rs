@@ -1,6 +1,5 @@
 //! `shearwater cancel`.
 
-use crate::api::Api;
 use crate::args::Target;
 use crate::exit::CliError;
 use crate::output;
@@ -19,7 +18,7 @@ pub(crate) struct Cancel {
 }
 
 pub(crate) async fn run(args: &Cancel, json: bool) -> Result<(), CliError> {
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let id = JobId(args.id);
     api.cancel(id).await?;
     let job = api.job(id).await?;

@@ -1,15 +1,18 @@
 //! `shearwater coordinator`.
 
+use crate::access;
 use crate::args::DEFAULT_LISTEN;
 use crate::exit::CliError;
 use crate::{output, signals};
 use clap::Args;
 use serde_json::json;
+use shearwater_coordinator::access::{Role, UnknownRole};
 use shearwater_coordinator::objects::ObjectsUrl;
 use shearwater_coordinator::store::DatabaseUrl;
-use shearwater_coordinator::{Config, Coordinator, Secret};
+use shearwater_coordinator::{Config, Coordinator, GivenToken, Secret, TlsFiles};
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 
 /// Run the coordinator: jobs, leases, results, pictures
 ///
@@ -23,10 +26,11 @@ use std::path::{Path, PathBuf};
 /// environment: AWS_ACCESS_KEY_ID, AWS_SECRET_ACCESS_KEY, AWS_REGION,
 /// AWS_ENDPOINT_URL.
 ///
-/// It listens to this machine only unless --allow-public is given: there are no
-/// access tokens yet, so whoever reaches it can use it.
+/// It listens to this machine only, and lets everybody on it do everything, until
+/// another address is given or a token is made (`shearwater token create`): from
+/// then on every request needs a token.
 ///
-/// Example: shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788 --allow-public
+/// Example: shearwater coordinator --data /var/lib/shearwater --listen 10.0.0.1:7788
 #[derive(Args, Debug)]
 pub(crate) struct Serve {
     #[command(flatten)]
@@ -34,7 +38,7 @@ pub(crate) struct Serve {
     /// Address to listen on
     #[arg(long, value_name = "ADDRESS:PORT", default_value = DEFAULT_LISTEN)]
     listen: SocketAddr,
-    /// Listen even where other machines reach it; the network must keep strangers out
+    /// Demand no token where other machines reach it, until the first is made; the network must keep strangers out
     #[arg(long)]
     allow_public: bool,
     /// Host that webhooks may call although its address is not public; `*` is any; repeatable
@@ -48,6 +52,47 @@ pub(crate) struct Serve {
         hide_env_values = true
     )]
     webhook_secret: Option<Secret>,
+    /// Know this token from the start on, for example a secret of a deployment; may be repeated
+    #[arg(long, value_name = "ROLE=FILE")]
+    accept_token: Vec<TokenFile>,
+    /// Serve https:// with this certificate chain (PEM); a SIGHUP reads it again
+    #[arg(long, value_name = "FILE", requires = "tls_key")]
+    tls_cert: Option<PathBuf>,
+    /// Private key (PEM) of the certificate
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_key: Option<PathBuf>,
+    /// Take only workers with a certificate of these authorities (PEM)
+    #[arg(long, value_name = "FILE", requires = "tls_cert")]
+    tls_worker_ca: Option<PathBuf>,
+}
+
+/// A role and a file that holds a token of it.
+#[derive(Clone, Debug)]
+struct TokenFile {
+    role: Role,
+    file: PathBuf,
+}
+
+impl FromStr for TokenFile {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('=').ok_or("expected ROLE=FILE")?;
+        Ok(Self {
+            role: parts.0.parse().map_err(|e: UnknownRole| e.to_string())?,
+            file: parts.1.into(),
+        })
+    }
+}
+
+impl Serve {
+    fn tls(&self) -> Option<TlsFiles> {
+        Some(TlsFiles {
+            certificate: self.tls_cert.clone()?,
+            key: self.tls_key.clone()?,
+            worker_ca: self.tls_worker_ca.clone(),
+        })
+    }
 }
 
 /// Where a farm keeps what it knows.
@@ -74,14 +119,28 @@ pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
     config.allow_public = args.allow_public;
     config.webhook_allow.clone_from(&args.webhook_allow);
     config.webhook_secret = args.webhook_secret.clone();
+    config.tls = args.tls();
+    for given in &args.accept_token {
+        config.tokens.push(GivenToken {
+            role: given.role,
+            token: access::read(&given.file)?.trim().to_owned(),
+        });
+    }
     let coordinator = start(config).await?;
-    let url = format!("http://{}", coordinator.addr());
+    let url = coordinator.url();
     if json {
         output::object(&json!({ "url": url, "data": args.stores.data }));
     } else {
         output::line(format_args!("listening on {url}"));
     }
-    signals::asked_to_end_once().await;
+    let reload = || match coordinator.reload_certificates() {
+        Ok(()) => tracing::info!("certificates read again"),
+        Err(error) => tracing::error!(%error, "certificates stay as they were"),
+    };
+    tokio::select! {
+        () = signals::asked_to_end_once() => {}
+        () = signals::at_each_hangup(reload), if args.tls_cert.is_some() => {}
+    }
     coordinator.shutdown().await;
     Ok(())
 }

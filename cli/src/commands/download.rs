@@ -1,6 +1,5 @@
 //! `shearwater download`.
 
-use crate::api::Api;
 use crate::args::{Film, Target};
 use crate::exit::CliError;
 use crate::frames::{self, FrameWriter};
@@ -33,7 +32,7 @@ pub(crate) struct Download {
 }
 
 pub(crate) async fn run(args: &Download, json: bool) -> Result<(), CliError> {
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let job = api.job(shearwater_shared::job::JobId(args.id)).await?;
     // The only frame of a job is fetched as far as it has come.
     let only = (job.settings.frames == 1).then_some(job.settings.first_frame);

@@ -1,6 +1,5 @@
 //! `shearwater jobs`.
 
-use crate::api::Api;
 use crate::args::Target;
 use crate::exit::CliError;
 use crate::output;
@@ -22,7 +21,7 @@ pub(crate) struct Jobs {
 }
 
 pub(crate) async fn run(args: &Jobs, json: bool) -> Result<(), CliError> {
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let mut jobs: Vec<JobView> = Vec::new();
     let mut token: Option<String> = None;
     while jobs.len() < args.limit {

@@ -12,6 +12,7 @@ pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod status;
 pub(crate) mod submit;
+pub(crate) mod token;
 pub(crate) mod watch;
 pub(crate) mod water;
 pub(crate) mod worker;
@@ -34,6 +35,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Download(args) => download::run(args, json).await,
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,
+        Command::Token(args) => token::run(args, json).await,
         Command::Compare(args) => compare::run(args, json),
         Command::Report(args) => report::run(args, json).await,
         Command::Water(args) => water::run(args, json),

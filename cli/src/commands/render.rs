@@ -10,6 +10,7 @@ use crate::{error_text, follow, memory, output, signals};
 use clap::Args;
 use serde_json::json;
 use shearwater_shared::api::JobView;
+use shearwater_worker::connection::Access;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use tokio::sync::oneshot;
@@ -105,7 +106,7 @@ async fn submit_and_wait(
     url: &str,
     json: bool,
 ) -> Result<Rendered, CliError> {
-    let api = Api::new(url)?;
+    let api = Api::new(url, &Access::default())?;
     let settings = args.settings.to_override();
     let job = api.submit(bundle, None, settings, 0, None).await?;
     let mut frames = FrameWriter::new(&args.output);

@@ -1,6 +1,5 @@
 //! `shearwater status`.
 
-use crate::api::Api;
 use crate::args::Target;
 use crate::exit::CliError;
 use crate::{error_text, output};
@@ -44,7 +43,7 @@ impl FromStr for WhichFrame {
 }
 
 pub(crate) async fn run(args: &Status, json: bool) -> Result<(), CliError> {
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let job = api.job(JobId(args.id)).await?;
     let frame = args.errors.map(|which| match which {
         WhichFrame::First => job.settings.first_frame,

@@ -1,6 +1,5 @@
 //! `shearwater submit`.
 
-use crate::api::Api;
 use crate::args::{Settings, Target};
 use crate::exit::CliError;
 use crate::{output, scene_files};
@@ -42,7 +41,7 @@ pub(crate) struct Submit {
 
 pub(crate) async fn run(args: &Submit, json: bool) -> Result<(), CliError> {
     let bundle = scene_files::collect(&args.scene)?;
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let settings = args.settings.to_override();
     let webhook = args.webhook.as_ref().map(|url| WebhookRequest {
         url: url.clone(),

@@ -1,6 +1,5 @@
 //! `shearwater watch`.
 
-use crate::api::Api;
 use crate::args::Target;
 use crate::exit::CliError;
 use crate::{follow, output, signals};
@@ -20,7 +19,7 @@ pub(crate) struct Watch {
 }
 
 pub(crate) async fn run(args: &Watch, json: bool) -> Result<(), CliError> {
-    let api = Api::new(&args.target.url)?;
+    let api = args.target.api()?;
     let id = JobId(args.id);
     // A wrong address or number is said at once, not after a minute.
     api.job(id).await?;

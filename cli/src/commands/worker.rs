@@ -1,5 +1,6 @@
 //! `shearwater worker`.
 
+use crate::access::IdentityArgs;
 use crate::args::{Local, Target};
 use crate::exit::CliError;
 use crate::{output, signals};
@@ -22,11 +23,15 @@ pub(crate) struct Work {
     name: Option<String>,
     #[command(flatten)]
     target: Target,
+    #[command(flatten)]
+    identity: IdentityArgs,
 }
 
 pub(crate) async fn run(args: &Work, json: bool) -> Result<(), CliError> {
     let name = args.name.clone().unwrap_or_else(host_name);
-    let config = args.local.config(args.target.url.clone(), name);
+    let mut config = args.local.config(args.target.url.clone(), name);
+    config.access = args.target.access.read()?;
+    config.access.identity = args.identity.read()?;
     let summary = shearwater_worker::run(config, signals::asked_to_end_once()).await?;
     if json {
         output::object(&json!({

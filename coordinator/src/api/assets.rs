@@ -3,24 +3,20 @@
 use super::conditional::{Tag, asked_range, describe, unchanged};
 use super::extract::{JsonBody, Segment, check_length};
 use super::openapi::{Fails, Octets};
+use super::pace::Paced;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::objects::{Objects, Upload};
 use axum::Json;
-use axum::body::{Body, Bytes};
+use axum::body::Body;
 use axum::extract::State;
 use axum::http::{HeaderMap, Method, StatusCode, header};
 use axum::response::{IntoResponse, Response};
-use futures_util::StreamExt;
 use shearwater_shared::api::{MissingRequest, MissingResponse};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::limits::{ASSET_BYTES_MAX, ASSETS_MAX};
 use shearwater_shared::routes;
 use std::sync::Arc;
-use std::time::Duration;
-
-/// Longest silence inside an upload.
-const UPLOAD_SILENCE: Duration = Duration::from_secs(30);
 
 /// Which of some assets are not stored; at most 10,001 at once.
 #[utoipa::path(
@@ -182,16 +178,10 @@ pub(crate) async fn upload(
 
 /// Take a body into `upload`; its hash and length.
 async fn receive(body: Body, upload: &mut Upload) -> Result<(ContentHash, u64), ApiError> {
-    let mut chunks = body.into_data_stream();
+    let mut pieces = Paced::new(body.into_data_stream());
     let mut hasher = blake3::Hasher::new();
     let mut size = 0u64;
-    loop {
-        let next = tokio::time::timeout(UPLOAD_SILENCE, chunks.next()).await;
-        let chunk: Bytes = match next.map_err(|_| ApiError::Timeout)? {
-            None => break,
-            Some(Ok(chunk)) => chunk,
-            Some(Err(_)) => return Err(ApiError::BadRequest("the body broke off".into())),
-        };
+    while let Some(chunk) = pieces.next().await? {
         size = size.saturating_add(chunk.len() as u64);
         if size > ASSET_BYTES_MAX {
             return Err(ApiError::TooLarge(ASSET_BYTES_MAX));

@@ -42,6 +42,8 @@ macro_rules! kinds {
 
 kinds! {
     BadRequest 400 "bad-request" "Bad request", "a body, query or header that cannot be read";
+    Unauthorized 401 "unauthorized" "No valid token", "no token, or none that is valid here";
+    Forbidden 403 "forbidden" "Forbidden", "the token's role may not, or the job is another's, or a worker lacks its certificate";
     Quarantined 403 "quarantined" "Worker quarantined", "a worker that failed on different runs in a row";
     NotFound 404 "not-found" "Not found", "no such thing";
     NoRoute 404 "no-route" "No such path", "no such path";
@@ -55,9 +57,12 @@ kinds! {
     JobEnded 410 "job-ended" "Job has ended", "a result for a job that was cancelled or has failed";
     TooLarge 413 "too-large" "Body too large", "a body above the limit of its request";
     MediaType 415 "media-type" "Unsupported media type", "Content-Type is not the one expected";
+    Encoding 415 "content-encoding" "Unsupported content encoding", "a packed body";
     Range 416 "range" "Range not satisfiable", "the range begins behind the end; Content-Range names the length";
     Invalid 422 "invalid" "Invalid content", "a readable body whose content is wrong";
     KeyReused 422 "idempotency-key-reused" "Idempotency key reused", "the key came with another body before";
+    TooMany 429 "too-many-requests" "Too many requests", "of one token or address; Retry-After says when";
+    QueueFull 429 "queue-full" "Queue is full", "too many jobs that have not ended";
     Internal 500 "internal" "Internal error", "the log of the coordinator says why";
     Busy 503 "busy" "Busy", "try again in a few seconds";
     StoreUnavailable 503 "store-unavailable" "Store unavailable", "the database or the object store fails at the moment";

@@ -20,6 +20,7 @@ mod jobs;
 mod kinds;
 mod leases;
 mod openapi;
+mod pace;
 mod page;
 mod problem;
 mod results;
@@ -29,8 +30,10 @@ mod submit;
 mod view;
 mod workers;
 
+pub(crate) use problem::ApiError;
 pub(crate) use view::job_view;
 
+use crate::access::guard;
 use crate::app::App;
 use axum::extract::{Request, State};
 use axum::middleware::{Next, from_fn_with_state};
@@ -38,7 +41,6 @@ use axum::response::Response;
 use axum::routing::get;
 use axum::{Extension, Router};
 use openapi::Document;
-use problem::ApiError;
 use std::sync::Arc;
 use tower_http::catch_panic::CatchPanicLayer;
 use utoipa_axum::router::OpenApiRouter;
@@ -58,6 +60,7 @@ pub(crate) fn router(app: Arc<App>) -> Result<Router, serde_json::Error> {
         .method_not_allowed_fallback(|| async { ApiError::Method })
         .layer(Extension(Document::new(&api)?))
         .layer(Extension(docs::config()))
+        .layer(from_fn_with_state(Arc::clone(&app), guard))
         .layer(CatchPanicLayer::custom(problem::panicked))
         .layer(from_fn_with_state(Arc::clone(&app), suspect_stores))
         .with_state(app))

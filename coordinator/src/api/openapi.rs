@@ -16,7 +16,7 @@ use utoipa::openapi::{ContentBuilder, OpenApiVersion, Ref, RefOr, Type};
 use utoipa::{IntoResponses, OpenApi, PartialSchema, ToSchema};
 
 /// Statuses of problems that every request can meet.
-const EVERYWHERE: [u16; 2] = [500, 503];
+const EVERYWHERE: [u16; 6] = [401, 403, 415, 429, 500, 503];
 /// Content type of every error.
 const PROBLEM_JSON: &str = "application/problem+json";
 
@@ -27,7 +27,7 @@ const PROBLEM_JSON: &str = "application/problem+json";
         title = "Shearwater",
         description = "A render farm in one binary: submit scenes, watch jobs, fetch pictures; and the \
             protocol of its workers. Every answer that is no success is a problem (RFC 9457) whose `type` is \
-            stable. Wherever `GET` is, `HEAD` is too. Within /v1 fields may be added to answers; requests with \
+            stable. Where tokens are demanded, send `Authorization: Bearer` with yours. Wherever `GET` is, `HEAD` is too. Within /v1 fields may be added to answers; requests with \
             unknown fields are refused."
     ),
     tags(

@@ -14,6 +14,8 @@ use shearwater_shared::api::Problem;
 
 /// Content type of every error.
 pub(crate) const PROBLEM_JSON: HeaderValue = HeaderValue::from_static("application/problem+json");
+/// What a client without a valid token is asked for.
+const BEARER: HeaderValue = HeaderValue::from_static("Bearer realm=\"shearwater\"");
 /// Longest text about an error, in bytes: some quote the request.
 const DETAIL_BYTES_MAX: usize = 2000;
 
@@ -81,6 +83,19 @@ pub(crate) enum ApiError {
          alarm is in the coordinator's log; do not send the result again"
     )]
     Unequal,
+    #[error(
+        "Content-Encoding {0:?} is not understood; send the content as it is, so that its length \
+         says how much it is"
+    )]
+    Encoding(String),
+    #[error("{0}")]
+    QueueFull(String),
+    #[error("{0}")]
+    Unauthorized(String),
+    #[error("{0}")]
+    Forbidden(String),
+    #[error("more requests than this coordinator takes from one token or address; wait {0} s")]
+    TooMany(u64),
     #[error("too many requests wait already; try again in a few seconds")]
     Busy,
     #[error("not ready: {0}")]
@@ -115,6 +130,11 @@ impl ApiError {
             Self::Quarantined(_) => Kind::Quarantined,
             Self::Ended(_) => Kind::JobEnded,
             Self::Unequal => Kind::UnequalResult,
+            Self::Encoding(_) => Kind::Encoding,
+            Self::QueueFull(_) => Kind::QueueFull,
+            Self::Unauthorized(_) => Kind::Unauthorized,
+            Self::Forbidden(_) => Kind::Forbidden,
+            Self::TooMany(_) => Kind::TooMany,
             Self::Busy => Kind::Busy,
             Self::NotReady(_) => Kind::NotReady,
             Self::Unavailable { .. } => Kind::StoreUnavailable,
@@ -133,10 +153,20 @@ impl IntoResponse for ApiError {
             tracing::warn!(what, cause, "a request has to come again");
         }
         let mut response = problem(self.kind(), self.to_string());
-        if let Self::Range(length) = self
-            && let Ok(value) = HeaderValue::try_from(format!("bytes */{length}"))
-        {
-            response.headers_mut().insert(header::CONTENT_RANGE, value);
+        let headers = response.headers_mut();
+        match self {
+            Self::Range(length) => {
+                if let Ok(value) = HeaderValue::try_from(format!("bytes */{length}")) {
+                    headers.insert(header::CONTENT_RANGE, value);
+                }
+            }
+            Self::Unauthorized(_) => {
+                headers.insert(header::WWW_AUTHENTICATE, BEARER);
+            }
+            Self::TooMany(seconds) => {
+                headers.insert(header::RETRY_AFTER, HeaderValue::from(seconds));
+            }
+            _ => {}
         }
         response
     }

@@ -6,6 +6,7 @@ use super::openapi::Fails;
 use super::problem::ApiError;
 use super::settings;
 use super::view::job_view;
+use crate::access::{Caller, Role};
 use crate::app::{App, now_ms};
 use crate::objects::Objects;
 use crate::store::{IdempotencyKey, NewJob, NewWebhook, Submitted};
@@ -24,6 +25,11 @@ use shearwater_shared::routes;
 use shearwater_shared::scene::{self, SceneDescription};
 use std::sync::Arc;
 use utoipa::{IntoParams, ToSchema};
+
+/// Most jobs that have not ended: listing and choosing among them stays quick.
+const JOBS_MAX: u64 = 10_000;
+/// Most of them of one client's token, so that it leaves room for others.
+const OWN_JOBS_MAX: u64 = 2_000;
 
 type SubmitBody = JsonBody<SubmitRequest, { limits::SUBMIT_BODY_BYTES_MAX }>;
 
@@ -68,12 +74,14 @@ pub(crate) struct SubmitQuery {
 pub(crate) async fn submit(
     State(app): State<Arc<App>>,
     params: Result<Query<SubmitQuery>, QueryRejection>,
+    caller: Caller,
     headers: HeaderMap,
     JsonBody(request): SubmitBody,
 ) -> Result<Response, ApiError> {
     let params = query(params)?;
     let key = idempotency::key(&headers, "", &request)?;
-    let new = checked(&app, request, key).await?;
+    check_queue(&app, &caller).await?;
+    let new = checked(&app, caller, request, key).await?;
     if params.validate_only {
         return Ok(Json(would_be(new)).into_response());
     }
@@ -99,6 +107,7 @@ pub(crate) async fn submit(
 /// A job that can be stored.
 async fn checked(
     app: &App,
+    caller: Caller,
     request: SubmitRequest,
     idempotency: Option<IdempotencyKey>,
 ) -> Result<NewJob, ApiError> {
@@ -123,6 +132,7 @@ async fn checked(
         fps: scene.animation.map(|animation| animation.fps),
         animation_frames: scene.animation.map(|animation| animation.frames),
         priority: request.priority,
+        owner: caller.token,
         webhook,
         idempotency,
     })
@@ -172,6 +182,23 @@ fn would_be(new: NewJob) -> SubmitCheck {
 enum SubmitAnswer {
     Same(Box<JobView>),
     Check(Box<SubmitCheck>),
+}
+
+/// Refuse a job when there are too many that have not ended. Submissions at the
+/// same moment may go beyond by their own number.
+async fn check_queue(app: &App, caller: &Caller) -> Result<(), ApiError> {
+    let queued = app.store.queued(caller.token.as_deref()).await?;
+    let own = caller.role == Role::Client && caller.token.is_some();
+    let (count, most, whose) = if queued.all >= JOBS_MAX {
+        (queued.all, JOBS_MAX, "")
+    } else if own && queued.own >= OWN_JOBS_MAX {
+        (queued.own, OWN_JOBS_MAX, " of this token")
+    } else {
+        return Ok(());
+    };
+    Err(ApiError::QueueFull(format!(
+        "{count} jobs{whose} have not ended yet, at most {most} may; wait, or cancel some"
+    )))
 }
 
 async fn created(app: &App, id: JobId, status: StatusCode) -> Result<Response, ApiError> {

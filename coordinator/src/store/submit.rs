@@ -28,6 +28,8 @@ pub struct NewJob {
     pub animation_frames: Option<u32>,
     /// Higher is served first.
     pub priority: i32,
+    /// Public part of the token that submits it.
+    pub owner: Option<String>,
     /// Whom to tell its end.
     pub webhook: Option<NewWebhook>,
     /// The client's idempotency key.
@@ -103,8 +105,8 @@ async fn insert_job(
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
          tiles, blocks, samples_total, submitted_ms, fps, animation_frames, units_due, stop_s, \
-         assets_noted) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, 1)",
+         owner, assets_noted) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, 1)",
     )
     .bind(id)
     .bind(&new.name)
@@ -122,6 +124,7 @@ async fn insert_job(
     .bind(new.animation_frames.map(i64::from))
     .bind(big(units_due))
     .bind(new.settings.stop.seconds.map(i64::from))
+    .bind(&new.owner)
     .execute(&mut **tx)
     .await
     .attempt("insert job")?;

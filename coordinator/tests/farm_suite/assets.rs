@@ -97,7 +97,7 @@ async fn an_upload_that_breaks_off_or_is_too_long_is_refused() {
     };
     let head = |length: u64| {
         format!(
-            "PUT {} HTTP/1.1\r\nhost: x\r\ncontent-length: {length}\r\n\r\n",
+            "PUT {} HTTP/1.1\r\nhost: localhost\r\ncontent-length: {length}\r\n\r\n",
             place(&hash)
         )
     };

@@ -97,7 +97,7 @@ async fn a_huge_announced_length_is_refused_unread() {
             .await
             .expect("connect");
         let head = format!(
-            "POST {path} HTTP/1.1\r\nhost: x\r\ncontent-type: {media_type}\r\n\
+            "POST {path} HTTP/1.1\r\nhost: localhost\r\ncontent-type: {media_type}\r\n\
              content-length: 99999999999\r\n\r\n"
         );
         stream.write_all(head.as_bytes()).await.expect("send");

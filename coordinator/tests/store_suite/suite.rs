@@ -33,6 +33,7 @@ pub(crate) async fn submit_frames(store: &Store, frames: u32) -> JobId {
         fps: Some(24.0),
         animation_frames: Some(8),
         priority: 0,
+        owner: None,
         webhook: None,
         idempotency: None,
     };

@@ -42,6 +42,8 @@ pub(crate) fn command<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Com
         "SHEARWATER_COORDINATOR",
         "SHEARWATER_DATABASE",
         "SHEARWATER_OBJECTS",
+        "SHEARWATER_TOKEN",
+        "SHEARWATER_CA",
         "SHEARWATER_SIMD",
         "RUST_LOG",
     ] {
@@ -83,6 +85,11 @@ impl Process {
     pub(crate) fn kill(mut self) {
         self.child.kill().expect("SIGKILL");
         self.child.wait().expect("reaped");
+    }
+
+    /// Its number.
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
     }
 
     /// Whether it still runs.
