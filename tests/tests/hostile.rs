@@ -42,14 +42,14 @@ fn obj(folder: &Path, text: &str) {
 
 const BOMBS: [(&str, Change); 7] = [
     ("a PNG of 1.6 GB", |folder| {
-        texture(folder, "p.png", &bombs::png(20_000))
+        texture(folder, "p.png", &bombs::png(20_000));
     }),
     ("a PNG cut short", |folder| {
         let png = bombs::png(64);
         texture(folder, "p.png", &png[..png.len() / 2]);
     }),
     ("an EXR of 2^60 pixels", |folder| {
-        texture(folder, "p.exr", &bombs::exr())
+        texture(folder, "p.exr", &bombs::exr());
     }),
     ("gzip that calls itself PNG", |folder| {
         let mut gzip = vec![0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 3];
