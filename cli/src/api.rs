@@ -5,8 +5,9 @@ use crate::scene_files::Bundle;
 use reqwest::{ClientBuilder, RequestBuilder, Response, Url};
 use serde::de::DeserializeOwned;
 use shearwater_shared::api::{
-    AddSamples, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, MissingRequest,
-    MissingResponse, Problem, SettingsOverride, SubmitRequest, WebhookRequest,
+    AddSamples, ChangeJob, ErrorPage, ErrorPoint, FramePage, JobPage, JobView, LogPage,
+    MissingRequest, MissingResponse, Problem, SettingsOverride, SubmitRequest, WebhookRequest,
+    WorkerPage,
 };
 use shearwater_shared::job::JobId;
 use shearwater_shared::routes;
@@ -190,6 +191,44 @@ impl Api {
         let path = routes::fill(routes::JOB_CANCEL, &id.to_string());
         let request = self.http.post(self.url(&path)?).timeout(CALL_TIMEOUT);
         self.send(request).await.map(drop)
+    }
+
+    /// Pause, resume or retry a job: `POST` one of their routes.
+    pub(crate) async fn steer(&self, route: &str, id: JobId) -> Result<JobView, CliError> {
+        let path = routes::fill(route, &id.to_string());
+        self.json(self.http.post(self.url(&path)?)).await
+    }
+
+    /// Change a job.
+    pub(crate) async fn change(&self, id: JobId, asked: &ChangeJob) -> Result<JobView, CliError> {
+        let path = routes::fill(routes::JOB, &id.to_string());
+        self.json(self.http.patch(self.url(&path)?).json(asked))
+            .await
+    }
+
+    /// One page of a job's log, newest first.
+    pub(crate) async fn log(
+        &self,
+        id: JobId,
+        page_size: usize,
+        page_token: Option<&str>,
+    ) -> Result<LogPage, CliError> {
+        let mut url = self.url(&routes::fill(routes::JOB_LOG, &id.to_string()))?;
+        url.query_pairs_mut()
+            .append_pair("page_size", &page_size.to_string());
+        if let Some(token) = page_token {
+            url.query_pairs_mut().append_pair("page_token", token);
+        }
+        self.json(self.http.get(url)).await
+    }
+
+    /// One page of the workers that were heard of lately.
+    pub(crate) async fn workers(&self, page_token: Option<&str>) -> Result<WorkerPage, CliError> {
+        let mut url = self.url(routes::WORKERS)?;
+        if let Some(token) = page_token {
+            url.query_pairs_mut().append_pair("page_token", token);
+        }
+        self.json(self.http.get(url)).await
     }
 
     /// Add samples to a job.

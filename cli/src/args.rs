@@ -3,8 +3,8 @@
 use crate::access::AccessArgs;
 use crate::api::Api;
 use crate::commands::{
-    add, cancel, compare, coordinator, download, export, gc, jobs, render, report, status, submit,
-    token, watch, water, worker,
+    add, cancel, compare, coordinator, download, export, gc, jobs, log, pause, priority, render,
+    report, resume, retry, status, submit, token, watch, water, worker, workers,
 };
 use crate::exit::{self, CliError};
 use crate::frames::{self, FrameRange};
@@ -80,6 +80,12 @@ pub(crate) enum Command {
     Cancel(cancel::Cancel),
     Jobs(jobs::Jobs),
     Token(token::Token),
+    Pause(pause::Pause),
+    Resume(resume::Resume),
+    Retry(retry::Retry),
+    Priority(priority::SetPriority),
+    Log(log::Log),
+    Workers(workers::Workers),
     Compare(compare::Compare),
     Report(report::Report),
     Water(water::Water),
@@ -184,6 +190,15 @@ impl FromStr for Size {
                 )
             })
     }
+}
+
+/// A job's place among the others.
+pub(crate) fn parse_priority(text: &str) -> Result<i32, String> {
+    let (least, most) = (limits::PRIORITY_MIN, limits::PRIORITY_MAX);
+    text.parse::<i32>()
+        .ok()
+        .filter(|n| (least..=most).contains(n))
+        .ok_or_else(|| format!("expected a whole number, {least} to {most}"))
 }
 
 pub(crate) fn parse_error(text: &str) -> Result<ErrorTarget, String> {

@@ -156,7 +156,7 @@ impl CliError {
             }
             JobState::Failed => Err(Self::Job(format!("job {} failed: {reason}", job.id))),
             JobState::Cancelled => Err(Self::Job(format!("job {} was cancelled", job.id))),
-            JobState::Queued | JobState::Running | JobState::Done => Ok(()),
+            JobState::Queued | JobState::Running | JobState::Paused | JobState::Done => Ok(()),
         }
     }
 }

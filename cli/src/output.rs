@@ -3,7 +3,7 @@
 use crate::error_text;
 use crate::exit::CliError;
 use serde_json::{Value, json};
-use shearwater_shared::api::{JobView, StopCause};
+use shearwater_shared::api::{AuditCounts, JobView, StopCause};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobState;
 use std::io::{ErrorKind, Write};
@@ -54,9 +54,19 @@ pub(crate) const fn state_text(state: JobState) -> &'static str {
     match state {
         JobState::Queued => "queued",
         JobState::Running => "running",
+        JobState::Paused => "paused",
         JobState::Done => "done",
         JobState::Cancelled => "cancelled",
         JobState::Failed => "failed",
+    }
+}
+
+/// A job after a command has changed it: one line, or its JSON.
+pub(crate) fn job_state(job: &JobView, json: bool) {
+    if json {
+        object(&job_value(job));
+    } else {
+        line(format_args!("job {} is {}", job.id, state_text(job.state)));
     }
 }
 
@@ -93,6 +103,12 @@ pub(crate) fn job_text(job: &JobView) -> String {
     if job.bad_samples > 0 {
         rows.push(("bad samples", job.bad_samples.to_string()));
     }
+    if job.priority != 0 {
+        rows.push(("priority", job.priority.to_string()));
+    }
+    if job.audits != AuditCounts::default() {
+        rows.push(("audit", audit_text(&job.audits)));
+    }
     if job.depth_cap_hits > 0 {
         rows.push(("cut paths", job.depth_cap_hits.to_string()));
     }
@@ -105,6 +121,16 @@ pub(crate) fn job_text(job: &JobView) -> String {
     }
     rows.extend(film_rows(job));
     table(&rows)
+}
+
+fn audit_text(audits: &AuditCounts) -> String {
+    let AuditCounts {
+        open,
+        equal,
+        unequal,
+        skipped,
+    } = audits;
+    format!("{equal} equal, {unequal} unequal, {open} open, {skipped} skipped")
 }
 
 /// Samples per pixel: what is asked for, and with a stop rule what there is.

@@ -1,6 +1,7 @@
 //! What a coordinator does unasked: expiry, folding, finishing, sweeping.
 
 use crate::app::{App, now_ms};
+use crate::audit;
 use crate::farm::QUARANTINE_MS;
 use crate::fold;
 use crate::sweep::{Grace, Swept, finish_deletions, sweep};
@@ -59,6 +60,9 @@ async fn reap(app: Arc<App>) {
                 app.work_came();
             }
             Err(error) => tracing::error!(%error, "reaper"),
+        }
+        if let Err(error) = audit::withdraw(&app).await {
+            tracing::error!(%error, "withdrawal of wrong results");
         }
         match app.store.withhold_all(now_ms).await {
             Ok(0) => {}

@@ -1,6 +1,7 @@
 //! What a coordinator is told at its start, and why it may refuse.
 
 use crate::access::{Role, TokenError};
+use crate::farm::WHOLE_PPM;
 use crate::objects::{ObjectError, ObjectsUrl};
 use crate::serve::{TlsError, TlsFiles};
 use crate::store::{DatabaseUrl, StoreError};
@@ -8,6 +9,10 @@ use crate::webhook::{CallerError, Secret};
 use std::fmt;
 use std::net::SocketAddr;
 use std::path::PathBuf;
+
+/// Share of runs that are audited when nobody says otherwise, in millionths: a worker
+/// that is always wrong is found after some hundred runs, for half a percent of the work.
+const AUDIT_PPM: u32 = 5_000;
 
 /// A token that was made elsewhere. Its debug text leaves it out.
 #[derive(Clone)]
@@ -57,6 +62,8 @@ pub struct Config {
     /// happened here, in milliseconds: the endgame depends on the time alone,
     /// and other coordinators may have got jobs.
     pub ask_again_ms: u64,
+    /// Share of runs that another worker renders again, in millionths.
+    pub audit_ppm: u32,
     /// Age at which an object that no row names is removed, in milliseconds:
     /// longer than any upload lasts.
     pub orphan_grace_ms: u64,
@@ -87,6 +94,7 @@ impl Config {
             heartbeat_ms: 3_000,
             lease_ttl_ms: 15_000,
             ask_again_ms: 1_000,
+            audit_ppm: AUDIT_PPM,
             orphan_grace_ms: 3_600_000,
             asset_grace_ms: 7 * 24 * 3_600_000,
             webhook_allow: Vec::new(),
@@ -100,6 +108,9 @@ impl Config {
                 heartbeat_ms: self.heartbeat_ms,
                 lease_ttl_ms: self.lease_ttl_ms,
             });
+        }
+        if self.audit_ppm > WHOLE_PPM {
+            return Err(StartError::Audit(self.audit_ppm));
         }
         Ok(())
     }
@@ -126,6 +137,9 @@ pub enum StartError {
         /// Configured.
         lease_ttl_ms: u64,
     },
+    /// More than all.
+    #[error("audit of {0} millionths of all runs: at most a million, which is all of them")]
+    Audit(u32),
     /// The folder cannot be made or used.
     #[error("data folder {path}: {source}")]
     DataDir {

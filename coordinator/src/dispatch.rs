@@ -2,8 +2,8 @@
 
 use crate::app::{App, now_ms};
 use crate::farm::{
-    Helper, LiveJob, OpenLease, Sizing, cut_runs, frame_deadline_ms, lease_target_ms, lease_units,
-    next_job, runs_to_reissue,
+    Helper, LiveJob, OpenLease, QUARANTINE_MS, Sizing, cut_runs, frame_deadline_ms,
+    lease_target_ms, lease_units, next_job, runs_to_reissue,
 };
 use crate::store::{Claimed, JobRow, ReadyQuery, StoreError, WorkerRow};
 use shearwater_shared::api::{Lease, LeaseRequest};
@@ -23,8 +23,8 @@ pub(crate) enum Dispatch {
     Lease(Box<Lease>),
     /// Nothing now.
     Nothing,
-    /// Nothing until this time, since it failed too often.
-    Quarantined(i64),
+    /// Nothing until this time, and why.
+    Quarantined(i64, String),
 }
 
 /// Find work for one worker.
@@ -37,10 +37,15 @@ pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispat
     let instance = &request.worker.instance;
     let present = app.store.workers(now_ms - PRESENT_MS).await?;
     let own = present.iter().find(|w| w.instance == *instance);
-    if let Some(until_ms) = own.map(|w| w.quarantined_until_ms)
-        && until_ms > now_ms
-    {
-        return Ok(Dispatch::Quarantined(until_ms));
+    if let Some(refused) = own.and_then(|own| refused(own, now_ms)) {
+        return Ok(refused);
+    }
+    let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+    let audits = app
+        .store
+        .lease_audits(instance, &request.build, now_ms, until_ms);
+    if let Some((job, claimed)) = audits.await? {
+        return lease(app, job, claimed).await;
     }
     let jobs = app.store.live_jobs(&request.build).await?;
     for job in next_job(&jobs) {
@@ -62,6 +67,18 @@ pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispat
     Ok(Dispatch::Nothing)
 }
 
+/// Whether a worker gets nothing now.
+fn refused(worker: &WorkerRow, now_ms: i64) -> Option<Dispatch> {
+    // As long as it runs; it may ask again as one in quarantine may.
+    let until_ms = if worker.distrusted {
+        now_ms.saturating_add(QUARANTINE_MS)
+    } else {
+        worker.quarantined_until_ms
+    };
+    let reason = worker.quarantine_reason.clone().unwrap_or_default();
+    (until_ms > now_ms).then_some(Dispatch::Quarantined(until_ms, reason))
+}
+
 async fn claim(
     app: &App,
     request: &LeaseRequest,
@@ -71,7 +88,7 @@ async fn claim(
 ) -> Result<Option<Claimed>, StoreError> {
     let others = present
         .iter()
-        .filter(|w| w.instance != request.worker.instance && w.quarantined_until_ms <= now_ms);
+        .filter(|w| w.instance != request.worker.instance && refused(w, now_ms).is_none());
     let (mut count, mut speed) = (0u64, 0.0);
     for other in others {
         count += 1;

@@ -12,6 +12,7 @@
 pub mod access;
 mod api;
 mod app;
+mod audit;
 mod background;
 mod config;
 pub mod develop;

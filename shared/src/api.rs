@@ -21,7 +21,9 @@ pub struct SubmitRequest {
     /// What differs from the scene's defaults.
     #[serde(default)]
     pub settings: SettingsOverride,
-    /// Jobs of higher priority are served first.
+    /// Jobs of higher priority are served first, jobs of the same share the workers;
+    /// [`PRIORITY_MIN`](crate::limits::PRIORITY_MIN) to
+    /// [`PRIORITY_MAX`](crate::limits::PRIORITY_MAX).
     #[serde(default)]
     pub priority: i32,
     /// Whom to tell when the job ends.
@@ -121,6 +123,17 @@ pub struct SubmitCheck {
     pub units_total: u64,
     /// Samples per pixel times pixels, over all frames; with an error target the most.
     pub samples_max: u64,
+}
+
+/// Body of `PATCH /v1/jobs/{id}`: what is to be changed of a job, ended or not.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema,
+)]
+#[serde(deny_unknown_fields)]
+pub struct ChangeJob {
+    /// Its new priority, from the next lease on; see [`SubmitRequest::priority`].
+    #[serde(default)]
+    pub priority: Option<i32>,
 }
 
 /// Settings that replace the scene's.
@@ -287,6 +300,9 @@ pub struct JobView {
     /// Results that came again with other bits: an alarm.
     #[serde(default)]
     pub unequal_results: u64,
+    /// Runs that were rendered again by other workers and compared.
+    #[serde(default)]
+    pub audits: AuditCounts,
     /// blake3 of the integer film of each frame, in frame order; only when the
     /// job is done and has at most
     /// [`FILM_HASHES_MAX`](crate::limits::FILM_HASHES_MAX) frames. Those of
@@ -297,6 +313,87 @@ pub struct JobView {
     pub webhook: Option<WebhookView>,
     /// Counts up with every change.
     pub rev: i64,
+}
+
+/// How the re-execution audit of a job stands, in runs.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema,
+)]
+pub struct AuditCounts {
+    /// Chosen, and not yet decided.
+    pub open: u64,
+    /// Another worker had the same bits.
+    pub equal: u64,
+    /// A worker had other bits than two others: it was sent away, and what it had
+    /// delivered was withdrawn.
+    pub unequal: u64,
+    /// Given up: there was no other worker to ask.
+    pub skipped: u64,
+}
+
+/// What an event of a job's log is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum LogKind {
+    /// Runs were handed out.
+    Leased,
+    /// Runs were handed out once more, since their holder may be late.
+    Reissued,
+    /// A result was counted.
+    Counted,
+    /// A worker could not render.
+    Failed,
+    /// A lease was not heard of in time.
+    Expired,
+    /// A lease was given back.
+    Released,
+    /// Counted runs were handed to another worker to be compared.
+    AuditLeased,
+    /// A repetition had the same bits.
+    AuditEqual,
+    /// A repetition had other bits: a further worker is asked.
+    AuditUnequal,
+    /// Nobody else could be asked.
+    AuditSkipped,
+    /// A worker was found to deliver wrong sums.
+    Distrusted,
+    /// Counted results were taken back and are rendered again.
+    Withdrawn,
+    /// The job was changed by a user: paused, resumed, tried again, its priority.
+    Changed,
+    /// The job was cancelled or has failed.
+    Ended,
+}
+
+/// An event of a job's log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct LogEvent {
+    /// The job's `rev` with this event; rises with time, with gaps.
+    pub seq: i64,
+    /// When, milliseconds since 1970.
+    pub at_ms: i64,
+    /// What it is about.
+    pub kind: LogKind,
+    /// The worker's instance; absent when none is concerned.
+    pub worker: Option<String>,
+    /// The lease's number; absent when none is concerned.
+    pub lease: Option<i64>,
+    /// The units, as runs; their frames are numbered from 0 within the job.
+    pub runs: Vec<Run>,
+    /// Milliseconds of one core that a result took; absent for other events.
+    pub ms: Option<i64>,
+    /// For people.
+    pub text: Option<String>,
+}
+
+/// One page of a job's log.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema, ToSchema)]
+pub struct LogPage {
+    /// Newest first; the log reaches back
+    /// [`LOG_CHANGES_MAX`](crate::limits::LOG_CHANGES_MAX) changes of the job.
+    pub events: Vec<LogEvent>,
+    /// Pass as `page_token` for the next page; absent at the end.
+    pub next_page_token: Option<String>,
 }
 
 /// A frame of a job as the API shows it.
@@ -514,6 +611,12 @@ pub struct WorkerView {
     pub silent_ms: i64,
     /// Runs it holds.
     pub runs_held: u64,
+    /// Seconds for which it gets no work; absent when it may have some.
+    #[serde(default)]
+    pub quarantined_s: Option<i64>,
+    /// Why it gets no work.
+    #[serde(default)]
+    pub quarantine_reason: Option<String>,
 }
 
 /// One page of workers.

@@ -236,7 +236,7 @@ impl RenderSettings {
 }
 
 /// Where a job stands. Derived from unit states when it is asked for; only
-/// `Cancelled` and `Failed` are stored, since nobody could derive them.
+/// `Paused`, `Cancelled` and `Failed` are stored, since nobody could derive them.
 #[derive(
     Clone,
     Copy,
@@ -254,6 +254,9 @@ pub enum JobState {
     Queued,
     /// Some unit is leased or done.
     Running,
+    /// Halted by a user: nothing of it is handed out before it is resumed. What is
+    /// leased may still come and is counted.
+    Paused,
     /// Every unit is counted; the film is final.
     Done,
     /// Stopped by a user.

@@ -90,6 +90,14 @@ pub const RUN_SAMPLES_PER_HALF_MAX: u32 = 1 << 12;
 pub const FRAME_UNITS_MAX: u64 = 1 << 20;
 /// Longest wait of a lease request, in milliseconds: below common proxy limits.
 pub const LEASE_WAIT_MS_MAX: u64 = 20_000;
+/// Lowest and highest priority of a job: room for a ladder of hundreds, tens and ones
+/// as render queues commonly have it, and short enough to be compared at a glance.
+pub const PRIORITY_MIN: i32 = -1000;
+/// See [`PRIORITY_MIN`].
+pub const PRIORITY_MAX: i32 = 1000;
+/// Changes of a job that its log reaches back: each change has at most one event, so
+/// that a job keeps at most so many (some 3 MB).
+pub const LOG_CHANGES_MAX: i64 = 10_000;
 /// Longest name of a job or worker, in bytes.
 pub const NAME_BYTES_MAX: usize = 200;
 /// Longest address of a webhook, in bytes: what browsers and proxies bear.

@@ -2,10 +2,19 @@
 
 /// Submit (`POST`) and list (`GET`) jobs.
 pub const JOBS: &str = "/v1/jobs";
-/// One job: `GET`, `DELETE`.
+/// One job: `GET`, `PATCH`, `DELETE`.
 pub const JOB: &str = "/v1/jobs/{id}";
 /// Stop a job: `POST`.
 pub const JOB_CANCEL: &str = "/v1/jobs/{id}/cancel";
+/// Hand out nothing more of a job for now: `POST`.
+pub const JOB_PAUSE: &str = "/v1/jobs/{id}/pause";
+/// Go on with a paused job: `POST`.
+pub const JOB_RESUME: &str = "/v1/jobs/{id}/resume";
+/// Try a failed job again: `POST`.
+pub const JOB_RETRY: &str = "/v1/jobs/{id}/retry";
+/// What happened to a job's units, newest first, by page: `GET`. Query: `page_size`,
+/// `page_token`.
+pub const JOB_LOG: &str = "/v1/jobs/{id}/log";
 /// Add samples to a job: `POST`.
 pub const JOB_SAMPLES: &str = "/v1/jobs/{id}/samples";
 /// Progress as server-sent events: `GET`.

@@ -23,6 +23,9 @@ struct Inner {
 pub(crate) struct AssetCache {
     inner: Mutex<Inner>,
     bytes_max: u64,
+    /// What has come of an asset whose fetch broke off: one at a time, since assets
+    /// are fetched one after the other.
+    begun: Mutex<Option<(ContentHash, Vec<u8>)>>,
 }
 
 impl AssetCache {
@@ -31,6 +34,7 @@ impl AssetCache {
         Self {
             inner: Mutex::default(),
             bytes_max,
+            begun: Mutex::default(),
         }
     }
 
@@ -73,10 +77,25 @@ impl AssetCache {
         inner.entries.insert(hash, entry);
     }
 
+    /// What has come of `hash` before its fetch broke off; whatever else had is dropped.
+    fn take_begun(&self, hash: &ContentHash) -> Vec<u8> {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        match begun.take() {
+            Some((of, bytes)) if of == *hash => bytes,
+            _ => Vec::new(),
+        }
+    }
+
+    fn keep_begun(&self, hash: ContentHash, bytes: Vec<u8>) {
+        let mut begun = self.begun.lock().unwrap_or_else(PoisonError::into_inner);
+        *begun = (!bytes.is_empty()).then_some((hash, bytes));
+    }
+
     /// The asset `hash`, from memory or from the coordinator. `size` is its
     /// length where the manifest says it; `bytes_max` bounds it in any case.
     ///
-    /// A body that is not what its hash says is [`CallError::Damaged`].
+    /// A fetch that broke off goes on where it stood. A body that is not what its hash
+    /// says is [`CallError::Damaged`].
     pub(crate) async fn fetch(
         &self,
         client: &Client,
@@ -87,7 +106,14 @@ impl AssetCache {
         if let Some(bytes) = self.get(hash) {
             return Ok(bytes);
         }
-        let bytes = client.asset(hash, size.unwrap_or(bytes_max)).await?;
+        let mut bytes = self.take_begun(hash);
+        let fetched = client.asset(hash, size.unwrap_or(bytes_max), &mut bytes);
+        if let Err(error) = fetched.await {
+            if matches!(error, CallError::Unavailable(_)) {
+                self.keep_begun(*hash, bytes);
+            }
+            return Err(error);
+        }
         if size.is_some_and(|size| size != bytes.len() as u64) || ContentHash::of(&bytes) != *hash {
             return Err(CallError::Damaged(format!(
                 "asset {hash}: {} bytes that have another hash or length",

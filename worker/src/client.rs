@@ -122,19 +122,37 @@ impl Client {
         response.await.map(drop)
     }
 
-    /// The bytes of one asset, at most `bytes_max` of them, unverified.
+    /// The bytes of one asset behind those in `have`, at most `bytes_max` in all,
+    /// unverified. What has come stays in `have` when the line breaks.
     pub(crate) async fn asset(
         &self,
         hash: &ContentHash,
         bytes_max: u64,
-    ) -> Result<Vec<u8>, CallError> {
+        have: &mut Vec<u8>,
+    ) -> Result<(), CallError> {
         let path = routes::fill(routes::ASSET, &hash.to_string());
-        let send = self.http.get(self.url(&path)?).send();
-        let answer = tokio::time::timeout(CHUNK_TIMEOUT, send)
+        let mut request = self.http.get(self.url(&path)?);
+        if !have.is_empty() {
+            request = request.header(header::RANGE, format!("bytes={}-", have.len()));
+        }
+        let answer = tokio::time::timeout(CHUNK_TIMEOUT, request.send())
             .await
             .map_err(|_| CallError::Unavailable(format!("asset {hash}: no answer")))?;
-        read_bounded(accepted(answer).await?, bytes_max).await
+        let is_rest = answer.as_ref().is_ok_and(|r| begins_at(r, have.len()));
+        if !is_rest {
+            // From the start: whoever answers does not know ranges, or not this one.
+            have.clear();
+        }
+        read_into(accepted(answer).await?, bytes_max, have).await
     }
+}
+
+/// Whether an answer is a part that begins at byte `start`.
+fn begins_at(response: &Response, start: usize) -> bool {
+    let range = response.headers().get(header::CONTENT_RANGE);
+    let range = range.and_then(|value| value.to_str().ok());
+    response.status() == StatusCode::PARTIAL_CONTENT
+        && range.is_some_and(|range| range.starts_with(&format!("bytes {start}-")))
 }
 
 /// The answer, if it is one of success.
@@ -165,15 +183,25 @@ async fn accepted(answer: Result<Response, reqwest::Error>) -> Result<Response, 
     }
 }
 
-async fn read_bounded(mut response: Response, bytes_max: u64) -> Result<Vec<u8>, CallError> {
+async fn read_bounded(response: Response, bytes_max: u64) -> Result<Vec<u8>, CallError> {
     let mut bytes = Vec::new();
+    read_into(response, bytes_max, &mut bytes).await?;
+    Ok(bytes)
+}
+
+/// Add an answer to `bytes`, which then has at most `bytes_max`.
+async fn read_into(
+    mut response: Response,
+    bytes_max: u64,
+    bytes: &mut Vec<u8>,
+) -> Result<(), CallError> {
     loop {
         let chunk = tokio::time::timeout(CHUNK_TIMEOUT, response.chunk())
             .await
             .map_err(|_| CallError::Unavailable("the answer stalls".into()))?
             .map_err(|e| CallError::Unavailable(causes(&e)))?;
         let Some(chunk) = chunk else {
-            return Ok(bytes);
+            return Ok(());
         };
         if bytes.len() as u64 + chunk.len() as u64 > bytes_max {
             return Err(CallError::Damaged(format!(

@@ -105,7 +105,12 @@ pub(crate) fn render_thread(
     origin: &Origin,
     finished: &mpsc::Sender<Settled>,
 ) {
+    let mut free_since: Option<Instant> = None;
     while let Some(task) = queue.pop() {
+        if let Some(since) = free_since {
+            let waited_s = since.elapsed().as_secs_f64();
+            meter.count(|summary| summary.idle_s += waited_s);
+        }
         let outcome = render(&task, meter, origin);
         let settled = Settled {
             lease: task.lease,
@@ -117,6 +122,7 @@ pub(crate) fn render_thread(
         if finished.blocking_send(settled).is_err() {
             return;
         }
+        free_since = Some(Instant::now());
     }
 }
 

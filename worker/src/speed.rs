@@ -21,6 +21,8 @@ pub struct Summary {
     pub samples: u64,
     /// Seconds that render threads spent on them.
     pub core_s: f64,
+    /// Seconds that render threads waited for their next run.
+    pub idle_s: f64,
 }
 
 #[derive(Debug, Default)]

@@ -22,7 +22,8 @@ pub(crate) const RESULTS_WAITING_MAX: usize = 64;
 /// Times that a result may arrive damaged before it counts as refused.
 const DAMAGED_MAX: u32 = 3;
 /// Refusals after which nobody waits for the run from this worker.
-const SETTLED_KINDS: [&str; 5] = [
+const SETTLED_KINDS: [&str; 6] = [
+    ":quarantined",
     ":job-ended",
     ":not-found",
     ":unequal-result",

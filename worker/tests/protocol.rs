@@ -213,6 +213,63 @@ async fn a_damaged_asset_is_fetched_again() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn an_asset_goes_on_where_the_line_broke() {
+    let mut script = Script::default();
+    lease_of(&mut script, 5, SKY, 256, four_runs());
+    script.breaks = [40, 0, 60].into();
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    fake.until("four parts", |s| s.parts.len() == 4).await;
+    working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    assert_eq!(script.asked_from, [0, 40, 40, 100]);
+    assert!(script.failures.is_empty());
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn the_next_lease_is_asked_for_before_the_present_one_ends() {
+    const LEASE_MS: u64 = 200;
+    const LEASES: i64 = 5;
+    let mut script = Script {
+        lease_ms: LEASE_MS,
+        ..Script::default()
+    };
+    // A run takes long against the call that it must hide.
+    let samples = 1 << 15;
+    for lease in 0..LEASES {
+        let block = lease as u32 * 2;
+        let runs = vec![
+            run(0, block),
+            run(1, block),
+            run(0, block + 1),
+            run(1, block + 1),
+        ];
+        lease_of(&mut script, 5 + lease, SKY, samples, runs);
+    }
+    let fake = Fake::start(script).await;
+    let working = fake.work(1);
+    let parts = LEASES as usize * 4;
+    fake.until("all parts", |s| s.parts.len() == parts).await;
+    let summary = working.stop().await.expect("worker");
+    let script = fake.script.lock().expect("script");
+    let before = &script.parts_at_request[1..LEASES as usize];
+    for (lease, &parts) in (1..).zip(before) {
+        assert!(
+            parts < lease * 4,
+            "lease {lease} was asked for after {parts} parts"
+        );
+    }
+    let run_s = summary.core_s / parts as f64;
+    let call_s = LEASE_MS as f64 / 1000.0;
+    let bound_s = (LEASES - 1) as f64 * (call_s - run_s).max(0.0) + 0.1;
+    assert!(
+        summary.idle_s < bound_s.min(0.5 * call_s * (LEASES - 1) as f64),
+        "idle {} s, a run takes {run_s} s",
+        summary.idle_s
+    );
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn a_leaving_worker_delivers_what_it_began_and_releases_the_rest() {
     let mut script = Script::default();
     let runs = (0..64).map(|block| run(0, block)).collect();

@@ -64,6 +64,9 @@ pub(crate) struct Serve {
     /// Take only workers with a certificate of these authorities (PEM)
     #[arg(long, value_name = "FILE", requires = "tls_cert")]
     tls_worker_ca: Option<PathBuf>,
+    /// Share of the runs, 0 to 1, that a second worker renders again, to find machines that compute wrongly
+    #[arg(long, value_name = "SHARE", default_value_t = 0.005, value_parser = parse_share)]
+    audit: f64,
 }
 
 /// A role and a file that holds a token of it.
@@ -93,6 +96,13 @@ impl Serve {
             worker_ca: self.tls_worker_ca.clone(),
         })
     }
+}
+
+fn parse_share(text: &str) -> Result<f64, String> {
+    text.parse::<f64>()
+        .ok()
+        .filter(|share| (0.0..=1.0).contains(share))
+        .ok_or_else(|| "expected a number from 0 to 1, for example 0.005".to_owned())
 }
 
 /// Where a farm keeps what it knows.
@@ -126,6 +136,8 @@ pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
             token: access::read(&given.file)?.trim().to_owned(),
         });
     }
+    // Within 0 and 1: checked above.
+    config.audit_ppm = (args.audit * 1e6).round() as u32;
     let coordinator = start(config).await?;
     let url = coordinator.url();
     if json {

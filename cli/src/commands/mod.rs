@@ -8,14 +8,20 @@ pub(crate) mod download;
 pub(crate) mod export;
 pub(crate) mod gc;
 pub(crate) mod jobs;
+pub(crate) mod log;
+pub(crate) mod pause;
+pub(crate) mod priority;
 pub(crate) mod render;
 pub(crate) mod report;
+pub(crate) mod resume;
+pub(crate) mod retry;
 pub(crate) mod status;
 pub(crate) mod submit;
 pub(crate) mod token;
 pub(crate) mod watch;
 pub(crate) mod water;
 pub(crate) mod worker;
+pub(crate) mod workers;
 
 use crate::args::{Cli, Command};
 use crate::exit::CliError;
@@ -36,6 +42,12 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Cancel(args) => cancel::run(args, json).await,
         Command::Jobs(args) => jobs::run(args, json).await,
         Command::Token(args) => token::run(args, json).await,
+        Command::Pause(args) => pause::run(args, json).await,
+        Command::Resume(args) => resume::run(args, json).await,
+        Command::Retry(args) => retry::run(args, json).await,
+        Command::Priority(args) => priority::run(args, json).await,
+        Command::Log(args) => log::run(args, json).await,
+        Command::Workers(args) => workers::run(args, json).await,
         Command::Compare(args) => compare::run(args, json),
         Command::Report(args) => report::run(args, json).await,
         Command::Water(args) => water::run(args, json),

@@ -61,7 +61,10 @@ pub(crate) async fn run(args: &Render, json: bool) -> Result<(), CliError> {
         .tempdir()
         .map_err(CliError::io(&std::env::temp_dir()))?;
     let loopback = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
-    let farm = coordinator::start(coordinator::in_folder(store.path(), loopback)).await?;
+    let mut config = coordinator::in_folder(store.path(), loopback);
+    // There is no second worker to ask.
+    config.audit_ppm = 0;
+    let farm = coordinator::start(config).await?;
     let url = format!("http://{}", farm.addr());
     let rendered = tokio::select! {
         rendered = with_worker(args, &bundle, &url, json) => rendered,

@@ -1,6 +1,6 @@
 //! `shearwater submit`.
 
-use crate::args::{Settings, Target};
+use crate::args::{self, Settings, Target};
 use crate::exit::CliError;
 use crate::{output, scene_files};
 use clap::Args;
@@ -21,12 +21,13 @@ pub(crate) struct Submit {
     /// Name of the job [default: the scene's]
     #[arg(long)]
     name: Option<String>,
-    /// Jobs of higher priority are served first
+    /// Jobs of higher priority are served first, those of the same share the workers; -1000 to 1000
     #[arg(
         long,
         value_name = "N",
         default_value_t = 0,
-        allow_negative_numbers = true
+        allow_negative_numbers = true,
+        value_parser = args::parse_priority
     )]
     priority: i32,
     /// Address that is told when the job ends

@@ -41,11 +41,12 @@ pub(crate) async fn run(args: &Work, json: bool) -> Result<(), CliError> {
             "failures": summary.failures,
             "samples": summary.samples,
             "core_s": summary.core_s,
+            "idle_s": summary.idle_s,
         }));
     } else {
         output::line(format_args!(
-            "{} runs, {} samples, {:.1} core seconds",
-            summary.runs, summary.samples, summary.core_s
+            "{} runs, {} samples, {:.1} core seconds, {:.1} of waiting for work",
+            summary.runs, summary.samples, summary.core_s, summary.idle_s
         ));
     }
     Ok(())

@@ -44,7 +44,7 @@ kinds! {
     BadRequest 400 "bad-request" "Bad request", "a body, query or header that cannot be read";
     Unauthorized 401 "unauthorized" "No valid token", "no token, or none that is valid here";
     Forbidden 403 "forbidden" "Forbidden", "the token's role may not, or the job is another's, or a worker lacks its certificate";
-    Quarantined 403 "quarantined" "Worker quarantined", "a worker that failed on different runs in a row";
+    Quarantined 403 "quarantined" "Worker quarantined", "a worker that failed on different runs in a row, or whose sums were found to be wrong";
     NotFound 404 "not-found" "Not found", "no such thing";
     NoRoute 404 "no-route" "No such path", "no such path";
     Method 405 "method" "Method not allowed", "see the Allow header";
@@ -53,6 +53,7 @@ kinds! {
     Protocol 409 "protocol" "Another protocol", "a worker of another protocol";
     JobBuild 409 "job-build" "Another numeric build", "a job that another numeric build began";
     JobEndedEarly 409 "job-ended-early" "Job has ended", "more samples for a job that was cancelled or has failed";
+    JobNotFailed 409 "job-not-failed" "Job has not failed", "a retry of a job that was cancelled or is done";
     UnequalResult 409 "unequal-result" "Unequal result", "this run was counted with other sums: an alarm";
     JobEnded 410 "job-ended" "Job has ended", "a result for a job that was cancelled or has failed";
     TooLarge 413 "too-large" "Body too large", "a body above the limit of its request";

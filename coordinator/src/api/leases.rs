@@ -65,7 +65,9 @@ pub(crate) async fn lease(
             threads: request.threads,
             milli_samples_per_s: (request.samples_per_s * 1000.0) as u64,
             seen_ms: now_ms(),
+            distrusted: false,
             quarantined_until_ms: 0,
+            quarantine_reason: None,
         })
         .await?;
     let wait = Duration::from_millis(request.wait_ms.min(LEASE_WAIT_MS_MAX));
@@ -78,8 +80,9 @@ pub(crate) async fn lease(
         work.borrow_and_update();
         match dispatch(&app, &request).await? {
             Dispatch::Lease(lease) => return Ok(Json(*lease).into_response()),
-            Dispatch::Quarantined(until_ms) => {
-                return Err(ApiError::Quarantined((until_ms - now_ms()).max(0) / 1000));
+            Dispatch::Quarantined(until_ms, reason) => {
+                let seconds = (until_ms - now_ms()).max(0) / 1000;
+                return Err(ApiError::Quarantined(seconds, reason));
             }
             Dispatch::Nothing => {}
         }
@@ -159,7 +162,7 @@ pub(crate) async fn heartbeat(
             _ => false,
         };
         if !wanted {
-            app.store.release(instance, id).await?;
+            app.store.release(instance, id, now_ms).await?;
             drop.push(id);
         }
     }
@@ -214,7 +217,7 @@ pub(crate) async fn failure(
     tracing::warn!(job = %report.job, worker, reason, "a worker failed");
     let (failures, streak) = app
         .store
-        .record_failure(report.job, report.lease, &runs, instance, &reason)
+        .record_failure(report.job, report.lease, &runs, instance, &reason, now_ms())
         .await?;
     if unit_is_poison(failures) {
         let what = format!(
@@ -226,8 +229,9 @@ pub(crate) async fn failure(
             .await?;
     } else if should_quarantine(streak) {
         tracing::error!(worker = report.worker.name, instance, "quarantined");
+        let why = format!("it failed on different units in a row; the last time: {reason}");
         app.store
-            .quarantine(instance, now_ms() + QUARANTINE_MS)
+            .quarantine(instance, now_ms() + QUARANTINE_MS, &why)
             .await?;
     }
     app.work_came();
@@ -266,7 +270,8 @@ pub(crate) async fn release(
     check_worker(&request.worker)?;
     check_leases(&request.leases)?;
     for &id in &request.leases {
-        app.store.release(&request.worker.instance, id).await?;
+        let instance = &request.worker.instance;
+        app.store.release(instance, id, now_ms()).await?;
     }
     app.work_came();
     Ok(StatusCode::NO_CONTENT)

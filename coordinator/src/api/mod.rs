@@ -19,6 +19,7 @@ mod images;
 mod jobs;
 mod kinds;
 mod leases;
+mod log;
 mod openapi;
 mod pace;
 mod page;
@@ -26,6 +27,7 @@ mod problem;
 mod results;
 mod samples;
 mod settings;
+mod steer;
 mod submit;
 mod view;
 mod workers;
@@ -70,8 +72,12 @@ pub(crate) fn router(app: Arc<App>) -> Result<Router, serde_json::Error> {
 fn described() -> OpenApiRouter<Arc<App>> {
     OpenApiRouter::with_openapi(openapi::base())
         .routes(routes!(jobs::list, submit::submit))
-        .routes(routes!(jobs::get_job, jobs::delete))
+        .routes(routes!(jobs::get_job, steer::change, jobs::delete))
         .routes(routes!(jobs::cancel))
+        .routes(routes!(steer::pause))
+        .routes(routes!(steer::resume))
+        .routes(routes!(steer::retry))
+        .routes(routes!(log::list))
         .routes(routes!(samples::add))
         .routes(routes!(events::events))
         .routes(routes!(frames::list))

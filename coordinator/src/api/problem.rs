@@ -62,6 +62,8 @@ pub(crate) enum ApiError {
     },
     #[error("job {0} was {1}: nothing can be added to it; submit it again")]
     NotDone(i64, &'static str),
+    #[error("job {0} {1}: only a job that has failed can be tried again; submit it once more")]
+    NotFailed(i64, &'static str),
     #[error(
         "this coordinator (Shearwater {version}) speaks protocol {ours}, the worker {theirs}. \
          Install Shearwater {version} on the worker"
@@ -71,11 +73,8 @@ pub(crate) enum ApiError {
         theirs: u16,
         version: &'static str,
     },
-    #[error(
-        "the worker failed on different units in a row and gets no work for {0} s; look at its \
-         log, then restart it"
-    )]
-    Quarantined(i64),
+    #[error("this worker gets no work for {0} s: {1}; look at its log, then restart it")]
+    Quarantined(i64, String),
     #[error("job {0} has ended; drop what you hold of it")]
     Ended(i64),
     #[error(
@@ -126,8 +125,9 @@ impl ApiError {
             Self::Build { .. } => Kind::Build,
             Self::JobBuild { .. } => Kind::JobBuild,
             Self::NotDone(..) => Kind::JobEndedEarly,
+            Self::NotFailed(..) => Kind::JobNotFailed,
             Self::Protocol { .. } => Kind::Protocol,
-            Self::Quarantined(_) => Kind::Quarantined,
+            Self::Quarantined(..) => Kind::Quarantined,
             Self::Ended(_) => Kind::JobEnded,
             Self::Unequal => Kind::UnequalResult,
             Self::Encoding(_) => Kind::Encoding,

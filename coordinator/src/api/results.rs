@@ -8,7 +8,7 @@ use super::leases::check_numeric_build;
 use super::openapi::{Fails, Octets};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::farm::{bad_samples_reason, too_many_bad};
+use crate::farm::{QUARANTINE_MS, bad_samples_reason, is_audited, too_many_bad};
 use crate::store::{CommitOutcome, JobRow, PartRecord};
 use axum::Json;
 use axum::body::Body;
@@ -163,6 +163,12 @@ async fn count(
         object: app.objects.part_name(upload.job, &upload.run),
         samples: job.plan().run_samples(&upload.run),
         core_us: upload.core_us,
+        audited: is_audited(
+            job.audit_salt,
+            upload.job,
+            &upload.run,
+            app.config.audit_ppm,
+        ),
         bad_samples: upload.sums.bad.total(),
         depth_cap_hits: upload.sums.depth_cap_hits,
         worker: upload.worker,
@@ -171,7 +177,7 @@ async fn count(
         let frame = job.settings.absolute_frame(part.run.frame);
         tracing::warn!(job = %part.job, frame, ?bad, "bad sample");
     }
-    let outcome = match app.store.counted_before(&part).await? {
+    let outcome = match app.store.counted_before(&part, now_ms()).await? {
         Some(outcome) => outcome,
         None => {
             app.objects.put(&part.object, bytes).await?;
@@ -195,7 +201,12 @@ async fn answer(
             if part.bad_samples > 0 {
                 fail_if_too_bad(app, part.job, part.run.frame).await?;
             }
-            app.job_changed();
+            if part.audited {
+                // Another worker may have it.
+                app.work_came();
+            } else {
+                app.job_changed();
+            }
             Ok(Json(ResultResponse { duplicate: false }))
         }
         CommitOutcome::Duplicate => Ok(Json(ResultResponse { duplicate: true })),
@@ -205,11 +216,16 @@ async fn answer(
         }
         CommitOutcome::Unequal { first_worker } => {
             tracing::error!(job = %part.job, run = ?part.run, worker = part.worker, first_worker,
-                "ALARM: two workers delivered different sums for one run; the first were kept");
-            app.job_changed();
+                "ALARM: two workers delivered different sums for one run; the first are kept until a third has it");
+            app.work_came();
             Err(ApiError::Unequal)
         }
         CommitOutcome::OtherBuild { first } => Err(other_build(part.job, &first, &part.build)),
+        CommitOutcome::Distrusted => {
+            let reason = app.store.distrust_of(&part.worker).await?;
+            let seconds = QUARANTINE_MS / 1000;
+            Err(ApiError::Quarantined(seconds, reason.unwrap_or_default()))
+        }
         CommitOutcome::Ended => Err(ApiError::Ended(part.job.0)),
         CommitOutcome::Unknown => Err(ApiError::Invalid(
             "run: nobody was given this run yet; send only what was leased".into(),

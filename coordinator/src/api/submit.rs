@@ -23,6 +23,7 @@ use shearwater_shared::limits;
 use shearwater_shared::plan::Plan;
 use shearwater_shared::routes;
 use shearwater_shared::scene::{self, SceneDescription};
+use std::hash::{BuildHasher, RandomState};
 use std::sync::Arc;
 use utoipa::{IntoParams, ToSchema};
 
@@ -111,6 +112,7 @@ async fn checked(
     request: SubmitRequest,
     idempotency: Option<IdempotencyKey>,
 ) -> Result<NewJob, ApiError> {
+    super::steer::check_priority(request.priority)?;
     let scene = checked_scene(app, &request).await?;
     let settings = settings::merged(&request.settings, &scene)?;
     let webhook = request
@@ -133,6 +135,7 @@ async fn checked(
         animation_frames: scene.animation.map(|animation| animation.frames),
         priority: request.priority,
         owner: caller.token,
+        audit_salt: random_salt(),
         webhook,
         idempotency,
     })
@@ -207,6 +210,11 @@ async fn created(app: &App, id: JobId, status: StatusCode) -> Result<Response, A
     let place = routes::fill(routes::JOB, &id.to_string());
     let view = job_view(app, row).await?;
     Ok((status, [(header::LOCATION, place)], Json(view)).into_response())
+}
+
+/// A number that nobody else knows, from the keys of the standard library's hashes.
+fn random_salt() -> i64 {
+    RandomState::new().hash_one(now_ms()).cast_signed()
 }
 
 /// The scene, if it and every file it needs are stored and named.

@@ -18,10 +18,14 @@ pub(crate) async fn job_view(app: &App, row: JobRow) -> Result<JobView, ApiError
     let newest_error = newest.map(|newest| point(&row, &newest));
     let unfinished = row.frames_done == 0;
     let live = row.finished_ms.is_none();
-    let paused = app.troubles.text(now_ms()).filter(|_| live);
-    let note = paused
+    let halted = app.troubles.text(now_ms()).filter(|_| live);
+    let note = halted
         .map(|why| format!("paused: {why}. It goes on by itself"))
         .or_else(|| note(&row, &app.config.build));
+    let note = match note {
+        None => wrong_note(app, &row).await?,
+        some => some,
+    };
     let webhook = webhook(app, &row).await?;
     let mut view = progress(row, now_ms());
     view.newest_error = newest_error;
@@ -104,7 +108,8 @@ pub(super) async fn so_far(
 /// Seconds until the error target is reached.
 fn target_s(view: &JobView) -> Option<f64> {
     let target = view.settings.stop.error?.get();
-    if view.done || view.settings.frames > 1 || view.samples_per_s <= 0.0 {
+    let rests = view.done || view.state == JobState::Paused;
+    if rests || view.settings.frames > 1 || view.samples_per_s <= 0.0 {
         return None;
     }
     let pixels = u64::from(view.settings.width) * u64::from(view.settings.height);
@@ -126,12 +131,29 @@ fn note(row: &JobRow, build: &str) -> Option<String> {
     })
 }
 
+/// What is to be said of pictures that hold results of a worker which was found to be
+/// wrong after the job was done.
+async fn wrong_note(app: &App, row: &JobRow) -> Result<Option<String>, ApiError> {
+    if row.finished_ms.is_none() {
+        return Ok(None);
+    }
+    let runs = app.store.wrong_runs(row.id).await?;
+    Ok((runs > 0).then(|| {
+        format!(
+            "{runs} of its runs are from a worker that was found to deliver wrong sums; `shearwater retry {}` renders \
+             them again",
+            row.id
+        )
+    }))
+}
+
 /// State and progress: a function of the row and of the time.
 fn progress(row: JobRow, now_ms: i64) -> JobView {
     let units_total = row.units_due;
     let state = job_state(&JobCounts {
         cancelled: row.ended == Ended::Cancelled,
         failed: matches!(row.ended, Ended::Failed(..)),
+        paused: row.paused_ms.is_some(),
         frames: u64::from(row.settings.frames),
         frames_done: row.frames_done,
         units_done: row.units_done,
@@ -139,6 +161,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
     });
     let to_ms = match state {
         JobState::Queued | JobState::Running => Some(now_ms),
+        JobState::Paused => row.paused_ms,
         _ => row.last_result_ms.or(row.finished_ms),
     };
     let elapsed_ms = match (row.first_lease_ms, to_ms) {
@@ -185,7 +208,8 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         elapsed_s,
         samples_per_s,
         core_s: row.core_us as f64 / 1e6,
-        remaining_s: (!state.is_final() && samples_per_s > 0.0).then(|| left / samples_per_s),
+        remaining_s: (!state.is_final() && state != JobState::Paused && samples_per_s > 0.0)
+            .then(|| left / samples_per_s),
         target_s: None,
         error: None,
         error_frame: None,
@@ -194,6 +218,7 @@ fn progress(row: JobRow, now_ms: i64) -> JobView {
         bad_samples: row.bad_samples,
         depth_cap_hits: row.depth_cap_hits,
         unequal_results: row.unequal_results,
+        audits: row.audits,
         film_hashes: Vec::new(),
         webhook: None,
         rev: row.rev,

@@ -5,6 +5,7 @@ use super::openapi::Fails;
 use super::page::{self, PageQuery};
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
+use crate::farm::QUARANTINE_MS;
 use axum::Json;
 use axum::extract::rejection::QueryRejection;
 use axum::extract::{Query, State};
@@ -49,15 +50,25 @@ pub(crate) async fn list(
     workers.truncate(limit);
     let last = workers.last().filter(|_| more);
     let next_page_token = last.map(|worker| page::token(LISTING, &worker.instance));
-    let views = workers.into_iter().map(|worker| WorkerView {
-        threads: worker.threads,
-        samples_per_s: worker.milli_samples_per_s as f64 / 1000.0,
-        silent_ms: (now_ms - worker.seen_ms).max(0),
-        runs_held: held.get(&worker.instance).copied().unwrap_or(0),
-        worker: WorkerId {
-            name: worker.name,
-            instance: worker.instance,
-        },
+    let views = workers.into_iter().map(|worker| {
+        let left_ms = if worker.distrusted {
+            QUARANTINE_MS
+        } else {
+            worker.quarantined_until_ms - now_ms
+        };
+        let quarantined_s = (left_ms > 0).then(|| left_ms.div_euclid(1000) + 1);
+        WorkerView {
+            threads: worker.threads,
+            samples_per_s: worker.milli_samples_per_s as f64 / 1000.0,
+            silent_ms: (now_ms - worker.seen_ms).max(0),
+            runs_held: held.get(&worker.instance).copied().unwrap_or(0),
+            worker: WorkerId {
+                name: worker.name,
+                instance: worker.instance,
+            },
+            quarantined_s,
+            quarantine_reason: worker.quarantine_reason.filter(|_| left_ms > 0),
+        }
     });
     Ok(Json(WorkerPage {
         workers: views.collect(),

@@ -4,6 +4,7 @@
 //! the end, when a unit or a worker is given up. No clock, socket or database.
 
 mod adaptive;
+mod audit;
 mod choose;
 mod deadline;
 mod endgame;
@@ -16,6 +17,7 @@ mod state;
 mod webhook;
 
 pub use adaptive::{TileAtLevel, Verdict, verdict};
+pub use audit::{AuditVerdict, Claim, WHOLE_PPM, WaitingAudit, audit_waits, is_audited, judge};
 pub use choose::{LiveJob, next_job};
 pub use deadline::{frame_deadline_ms, frames_out_of_time, lease_target_ms};
 pub use endgame::{Helper, OpenLease, runs_to_reissue};

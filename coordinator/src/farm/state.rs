@@ -9,6 +9,8 @@ pub struct JobCounts {
     pub cancelled: bool,
     /// Stopped for a reason.
     pub failed: bool,
+    /// Halted by a user.
+    pub paused: bool,
     /// Frames of the job.
     pub frames: u64,
     /// Frames whose film is final.
@@ -19,7 +21,7 @@ pub struct JobCounts {
     pub units_leased: u64,
 }
 
-/// The state of a job. Only cancellation and failure are stored; nothing here
+/// The state of a job. Only cancellation, failure and a pause are stored; nothing here
 /// can be stranded by a crash.
 #[must_use]
 pub const fn job_state(counts: &JobCounts) -> JobState {
@@ -29,6 +31,8 @@ pub const fn job_state(counts: &JobCounts) -> JobState {
         JobState::Failed
     } else if counts.frames_done >= counts.frames {
         JobState::Done
+    } else if counts.paused {
+        JobState::Paused
     } else if counts.units_done > 0 || counts.units_leased > 0 {
         JobState::Running
     } else {
@@ -63,6 +67,16 @@ mod tests {
             ..counted
         };
         assert_eq!(job_state(&done), JobState::Done);
+        let paused = JobCounts {
+            paused: true,
+            ..counted
+        };
+        assert_eq!(job_state(&paused), JobState::Paused);
+        let late = JobCounts {
+            paused: true,
+            ..done
+        };
+        assert_eq!(job_state(&late), JobState::Done, "what was leased came");
         let cancelled = JobCounts {
             cancelled: true,
             ..leased

@@ -18,6 +18,7 @@ pub(crate) use picture::picture;
 pub(crate) use series::estimate;
 
 use crate::app::App;
+use crate::audit;
 use crate::store::FrameTile;
 use futures_util::stream::{self, StreamExt};
 use shearwater_shared::job::JobId;
@@ -51,6 +52,8 @@ pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
             tracing::warn!(%job, frame, %error, "error against time");
         }
     }
+    // What this gives up is finished now, not a second later.
+    tally.done += audit::give_up(app).await?;
     for (job, frame) in app.store.frames_to_finish(FRAMES_PER_PASS).await? {
         tally.add(match frame::finish(app, job, frame).await {
             Ok(done) => Ok(done),

@@ -1,11 +1,13 @@
 //! Units become leased: fresh ones, or once more at the end of a job.
 
 use super::error::{Attempt, StoreError};
+use super::log::{Event, log};
 use super::open::{Engine, Store};
 use super::rows::{big, runs_text, small};
 use super::submit::next_id;
 use super::time_up::withhold;
 use crate::farm::Unit;
+use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
 use sqlx::{Any, Transaction};
@@ -113,16 +115,16 @@ impl Store {
             .await
             .attempt("lease units")?;
         }
-        insert_lease(
-            &mut tx,
+        let lease = NewLease {
             id,
-            query.job,
-            &query.worker,
-            &runs,
+            job: query.job,
+            worker: &query.worker,
+            runs: &runs,
             now_ms,
             until_ms,
-        )
-        .await?;
+            kind: LogKind::Leased,
+        };
+        insert_lease(&mut tx, &lease).await?;
         tx.commit().await.attempt("commit claim")?;
         Ok(Some(Claimed { id, runs }))
     }
@@ -170,7 +172,16 @@ impl Store {
         if held.len() != runs.len() || !mark_running(&mut tx, job, now_ms).await? {
             return Ok(None);
         }
-        insert_lease(&mut tx, id, job, worker, &held, now_ms, until_ms).await?;
+        let lease = NewLease {
+            id,
+            job,
+            worker,
+            runs: &held,
+            now_ms,
+            until_ms,
+            kind: LogKind::Reissued,
+        };
+        insert_lease(&mut tx, &lease).await?;
         tx.commit().await.attempt("commit reissue")?;
         Ok(Some(Claimed { id, runs: held }))
     }
@@ -266,8 +277,9 @@ async fn make_next_frame(
     ))
 }
 
-/// Note that the job is being rendered; false when it has ended.
-async fn mark_running(
+/// Note that the job is being rendered; false when it has ended or is
+/// paused.
+pub(super) async fn mark_running(
     tx: &mut Transaction<'static, Any>,
     job: JobId,
     now_ms: i64,
@@ -275,7 +287,7 @@ async fn mark_running(
     let live = sqlx::query(
         "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), \
          timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + 1 \
-         WHERE id = $1 AND finished_ms IS NULL",
+         WHERE id = $1 AND finished_ms IS NULL AND paused_ms IS NULL",
     )
     .bind(job.0)
     .bind(now_ms)
@@ -285,28 +297,48 @@ async fn mark_running(
     Ok(live.rows_affected() == 1)
 }
 
-/// Insert the lease's row.
-async fn insert_lease(
+/// A lease to be stored.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NewLease<'a> {
+    pub(super) id: i64,
+    pub(super) job: JobId,
+    pub(super) worker: &'a str,
+    pub(super) runs: &'a [Run],
+    pub(super) now_ms: i64,
+    pub(super) until_ms: i64,
+    /// What the job's log calls it.
+    pub(super) kind: LogKind,
+}
+
+/// Insert the lease's row; its job is marked.
+pub(super) async fn insert_lease(
     tx: &mut Transaction<'static, Any>,
-    id: i64,
-    job: JobId,
-    worker: &str,
-    runs: &[Run],
-    now_ms: i64,
-    until_ms: i64,
+    lease: &NewLease<'_>,
 ) -> Result<(), StoreError> {
     sqlx::query(
         "INSERT INTO lease (id, job, worker, runs, created_ms, until_ms) \
          VALUES ($1, $2, $3, $4, $5, $6)",
     )
-    .bind(id)
-    .bind(job.0)
-    .bind(worker)
-    .bind(runs_text(runs)?)
-    .bind(now_ms)
-    .bind(until_ms)
+    .bind(lease.id)
+    .bind(lease.job.0)
+    .bind(lease.worker)
+    .bind(runs_text(lease.runs)?)
+    .bind(lease.now_ms)
+    .bind(lease.until_ms)
     .execute(&mut **tx)
     .await
     .attempt("insert lease")?;
-    Ok(())
+    sqlx::query("UPDATE job SET served = $2 WHERE id = $1")
+        .bind(lease.job.0)
+        .bind(lease.id)
+        .execute(&mut **tx)
+        .await
+        .attempt("note turn")?;
+    let event = Event {
+        worker: Some(lease.worker),
+        lease: Some(lease.id),
+        runs: lease.runs,
+        ..Event::new(lease.job, lease.kind, lease.now_ms)
+    };
+    log(tx, &event).await
 }

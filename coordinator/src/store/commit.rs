@@ -1,8 +1,11 @@
 //! A result is counted, once.
 
+use super::audits;
 use super::error::{Attempt, StoreError};
+use super::log::{Event, log};
 use super::open::Store;
-use super::rows::{big, count, hash, int, json, small, text};
+use super::rows::{big, count, int, json, small, text};
+use shearwater_shared::api::LogKind;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -33,6 +36,8 @@ pub struct PartRecord {
     pub bad_samples: u64,
     /// Paths that met the cap on depth.
     pub depth_cap_hits: u64,
+    /// Whether another worker is to render it again ([`crate::farm::is_audited`]).
+    pub audited: bool,
 }
 
 /// What became of a result.
@@ -52,6 +57,8 @@ pub enum CommitOutcome {
     Overlap,
     /// The job was cancelled or has failed.
     Ended,
+    /// The worker was found to deliver wrong sums before.
+    Distrusted,
     /// The job's first result came from another numeric build.
     OtherBuild {
         /// That one.
@@ -85,7 +92,10 @@ impl Store {
         .rows_affected();
         if marked != u64::from(part.run.block1.saturating_sub(part.run.block0)) {
             tx.rollback().await.attempt("roll back")?;
-            return self.settle_repetition(part).await;
+            return self.settle_repetition(part, now_ms).await;
+        }
+        if is_distrusted(&mut tx, &part.worker).await? {
+            return Ok(CommitOutcome::Distrusted);
         }
         if let Some(first) = other_build(&mut tx, part).await? {
             return Ok(CommitOutcome::OtherBuild { first });
@@ -94,19 +104,25 @@ impl Store {
             return Ok(CommitOutcome::Ended);
         }
         insert_part(&mut tx, part).await?;
+        log_counted(&mut tx, part, now_ms).await?;
+        if part.audited {
+            audits::begin(&mut tx, part.job, &part.run, now_ms).await?;
+        }
         close_if_done(&mut tx, part).await?;
         tx.commit().await.attempt("commit result")?;
         Ok(CommitOutcome::Counted)
     }
 
     /// What [`Store::commit`] would answer, if it is known without trying:
-    /// saves writing the object of a repetition. Changes nothing.
+    /// saves writing the object of a repetition. Counts nothing; a repetition is
+    /// compared.
     ///
     /// # Errors
     /// The database failed.
     pub async fn counted_before(
         &self,
         part: &PartRecord,
+        now_ms: i64,
     ) -> Result<Option<CommitOutcome>, StoreError> {
         let row = for_run(
             sqlx::query(
@@ -122,11 +138,15 @@ impl Store {
         if count(&row, "open")? == length {
             return Ok(None);
         }
-        self.settle_repetition(part).await.map(Some)
+        self.settle_repetition(part, now_ms).await.map(Some)
     }
 
     // At least one unit of the run is counted or missing.
-    async fn settle_repetition(&self, part: &PartRecord) -> Result<CommitOutcome, StoreError> {
+    async fn settle_repetition(
+        &self,
+        part: &PartRecord,
+        now_ms: i64,
+    ) -> Result<CommitOutcome, StoreError> {
         let mut tx = self.begin().await?;
         let job = sqlx::query("SELECT ended FROM job WHERE id = $1")
             .bind(part.job.0)
@@ -150,13 +170,19 @@ impl Store {
         if let Some(first) = first
             && small(&first, "block1")? == part.run.block1
         {
-            if hash(&first, "sums_hash")? == part.sums_hash {
-                return Ok(CommitOutcome::Duplicate);
+            let counted = audits::counted(&first)?;
+            let equal = counted.sums_hash == part.sums_hash;
+            if !equal {
+                count_unequal(&mut tx, part.job).await?;
             }
-            count_unequal(&mut tx, part.job).await?;
-            tx.commit().await.attempt("commit alarm")?;
-            return Ok(CommitOutcome::Unequal {
-                first_worker: text(&first, "worker")?,
+            audits::claim(&mut tx, part, &counted, now_ms).await?;
+            tx.commit().await.attempt("commit comparison")?;
+            return Ok(if equal {
+                CommitOutcome::Duplicate
+            } else {
+                CommitOutcome::Unequal {
+                    first_worker: counted.worker,
+                }
             });
         }
         if int(&job, "ended")? != 0 {
@@ -238,6 +264,33 @@ async fn add_to_job(
     Ok(true)
 }
 
+async fn is_distrusted(
+    tx: &mut Transaction<'static, Any>,
+    worker: &str,
+) -> Result<bool, StoreError> {
+    let row = sqlx::query("SELECT worker FROM distrust WHERE worker = $1")
+        .bind(worker.to_owned())
+        .fetch_optional(&mut **tx)
+        .await
+        .attempt("look for distrust")?;
+    Ok(row.is_some())
+}
+
+async fn log_counted(
+    tx: &mut Transaction<'static, Any>,
+    part: &PartRecord,
+    now_ms: i64,
+) -> Result<(), StoreError> {
+    let event = Event {
+        worker: Some(&part.worker),
+        lease: Some(part.lease),
+        runs: &[part.run],
+        ms: Some(big(part.core_us / 1000)),
+        ..Event::new(part.job, LogKind::Counted, now_ms)
+    };
+    log(tx, &event).await
+}
+
 async fn insert_part(
     tx: &mut Transaction<'static, Any>,
     part: &PartRecord,
@@ -245,7 +298,8 @@ async fn insert_part(
     for_run(
         sqlx::query(
             "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object, \
-             core_us) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9)",
+             core_us, bad_samples, depth_cap_hits) \
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
         ),
         part,
     )
@@ -253,6 +307,8 @@ async fn insert_part(
     .bind(&part.worker)
     .bind(&part.object)
     .bind(big(part.core_us))
+    .bind(big(part.bad_samples))
+    .bind(big(part.depth_cap_hits))
     .execute(&mut **tx)
     .await
     .attempt("insert part")?;

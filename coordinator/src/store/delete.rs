@@ -26,7 +26,7 @@ macro_rules! some_of {
         )
     };
 }
-const STEPS: [&str; 9] = [
+const STEPS: [&str; 11] = [
     some_of!("unit", "frame, tile, block"),
     some_of!("part", "frame, tile, block0"),
     some_of!("tilefold", "frame, tile"),
@@ -36,6 +36,8 @@ const STEPS: [&str; 9] = [
     some_of!("failure", "frame, tile, block, worker"),
     some_of!("job_asset", "hash"),
     some_of!("webhook", "job"),
+    some_of!("audit", "frame, tile, block0"),
+    some_of!("job_log", "slot"),
 ];
 
 impl Store {

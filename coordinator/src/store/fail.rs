@@ -1,10 +1,12 @@
 //! Runs that could not be rendered, and workers that fail too often.
 
 use super::error::{Attempt, StoreError};
+use super::log::{Event, log};
 use super::open::Store;
 use super::order::lock_job;
 use super::rows::{count, optional_text};
 use crate::farm::{UnitFailures, WorkerStreak};
+use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
 use sqlx::{Any, Transaction};
@@ -22,6 +24,7 @@ impl Store {
         runs: &[Run],
         worker: &str,
         reason: &str,
+        now_ms: i64,
     ) -> Result<(UnitFailures, WorkerStreak), StoreError> {
         let mut tx = self.begin().await?;
         let mut failures = UnitFailures::default();
@@ -31,6 +34,17 @@ impl Store {
             failures.times = failures.times.max(of_run.times);
         }
         lock_job(&mut tx, job).await?;
+        for run in runs {
+            free_audit(&mut tx, job, lease, run).await?;
+        }
+        let event = Event {
+            worker: Some(worker),
+            lease: Some(lease),
+            runs,
+            text: Some(reason),
+            ..Event::new(job, LogKind::Failed, now_ms)
+        };
+        log(&mut tx, &event).await?;
         let first = runs.first().map(|r| (r.frame, r.tile, r.block0));
         let streak = sqlx::query(
             "UPDATE worker SET failed_in_row = failed_in_row \
@@ -63,22 +77,51 @@ impl Store {
         row.map_or(Ok(None), |row| optional_text(&row, "reason"))
     }
 
-    /// Give a worker nothing until `until_ms`.
+    /// Give a worker nothing until `until_ms`, for this reason.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn quarantine(&self, worker: &str, until_ms: i64) -> Result<(), StoreError> {
+    pub async fn quarantine(
+        &self,
+        worker: &str,
+        until_ms: i64,
+        reason: &str,
+    ) -> Result<(), StoreError> {
         sqlx::query(
-            "UPDATE worker SET quarantined_until_ms = $2, failed_in_row = 0, failed_last = '' \
-             WHERE instance = $1",
+            "UPDATE worker SET quarantined_until_ms = $2, quarantine_reason = $3, \
+             failed_in_row = 0, failed_last = '' WHERE instance = $1",
         )
         .bind(worker)
         .bind(until_ms)
+        .bind(reason)
         .execute(&self.write)
         .await
         .attempt("quarantine worker")?;
         Ok(())
     }
+}
+
+/// An audit that the lease holds goes to another worker.
+async fn free_audit(
+    tx: &mut Transaction<'static, Any>,
+    job: JobId,
+    lease: i64,
+    run: &Run,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE audit SET lease = 0, tries = tries + 1 WHERE job = $1 AND frame = $2 AND tile = $3 \
+         AND block0 = $4 AND block1 = $5 AND lease = $6",
+    )
+    .bind(job.0)
+    .bind(i64::from(run.frame))
+    .bind(i64::from(run.tile))
+    .bind(i64::from(run.block0))
+    .bind(i64::from(run.block1))
+    .bind(lease)
+    .execute(&mut **tx)
+    .await
+    .attempt("free audit")?;
+    Ok(())
 }
 
 async fn fail_run(

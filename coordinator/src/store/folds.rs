@@ -256,8 +256,8 @@ impl Store {
         .collect()
     }
 
-    /// Frames of which every unit that is due is counted and folded and whose film
-    /// hash is not yet stored: they end, or go on to the next pass.
+    /// Frames of which every unit that is due is counted, folded and audited and whose
+    /// film hash is not yet stored: they end, or go on to the next pass.
     ///
     /// # Errors
     /// The database failed.
@@ -267,7 +267,9 @@ impl Store {
              WHERE f.film_hash IS NULL AND j.finished_ms IS NULL \
              AND f.units_done >= f.units_due AND NOT EXISTS (SELECT 1 FROM part p \
              WHERE p.job = f.job AND p.frame = f.frame AND p.object IS NOT NULL) \
-             ORDER BY f.job, f.frame LIMIT $1",
+             AND NOT EXISTS (SELECT 1 FROM audit a WHERE a.job = f.job AND a.frame = f.frame) \
+             AND NOT EXISTS (SELECT 1 FROM distrust d JOIN part p ON p.worker = d.worker \
+             WHERE p.job = f.job AND p.frame = f.frame) ORDER BY f.job, f.frame LIMIT $1",
         )
         .bind(i64::from(limit))
         .fetch_all(&self.read)

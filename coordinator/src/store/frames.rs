@@ -166,7 +166,9 @@ impl Store {
         let first = sqlx::query(
             "UPDATE frame SET film_hash = $3, error = $4, nmse_pico = $5 \
              WHERE job = $1 AND frame = $2 AND film_hash IS NULL AND EXISTS \
-             (SELECT 1 FROM job WHERE id = $1 AND extended = $6)",
+             (SELECT 1 FROM job WHERE id = $1 AND extended = $6) AND NOT EXISTS \
+             (SELECT 1 FROM audit WHERE job = $1 AND frame = $2) AND NOT EXISTS (SELECT 1 \
+             FROM distrust d JOIN part p ON p.worker = d.worker WHERE p.job = $1 AND p.frame = $2)",
         )
         .bind(job.0)
         .bind(i64::from(frame))
@@ -189,13 +191,14 @@ impl Store {
              samples_min = CASE WHEN samples_min <= $4 THEN samples_min ELSE $4 END, \
              samples_max = CASE WHEN samples_max >= $5 THEN samples_max ELSE $5 END, \
              finished_ms = CASE WHEN frames_done + 1 = frames THEN $2 ELSE NULL END \
-             WHERE id = $1 AND finished_ms IS NULL",
+             WHERE id = $1 AND finished_ms IS NULL AND extended = $6",
         )
         .bind(job.0)
         .bind(now_ms)
         .bind(stop_code(end.cause))
         .bind(i64::from(end.samples.0))
         .bind(i64::from(end.samples.1))
+        .bind(end.extended)
         .execute(&mut *tx)
         .await
         .attempt("count frame")?;

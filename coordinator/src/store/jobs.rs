@@ -1,13 +1,15 @@
 //! Jobs: read, list, stop, delete.
 
 use super::error::{Attempt, StoreError};
+use super::log::{Event, log};
 use super::open::Store;
 use super::rows::{JobRow, count, failure_code, int, job_columns, job_row};
 use crate::farm::LiveJob;
-use shearwater_shared::api::FailureKind;
+use shearwater_shared::api::{FailureKind, LogKind};
 use shearwater_shared::job::{JobId, JobState};
 
-/// Jobs that one lease request looks at: the oldest of the highest priority.
+/// Jobs that one lease request looks at: those of the highest priority, and of these the
+/// ones that were served longest ago.
 const LIVE_JOBS_MAX: i64 = 64;
 
 /// Which jobs a listing shows.
@@ -66,6 +68,7 @@ impl Store {
             Some(JobState::Done) => 2,
             Some(JobState::Cancelled) => 3,
             Some(JobState::Failed) => 4,
+            Some(JobState::Paused) => 5,
         };
         // The same derivation as farm::state, for filtering.
         sqlx::query(concat!(
@@ -73,6 +76,7 @@ impl Store {
             job_columns!(),
             " FROM job WHERE id < $1 AND ($2 = -1 OR $2 = CASE WHEN ended = 1 THEN 3 \
              WHEN ended >= 2 THEN 4 WHEN frames_done = frames THEN 2 \
+             WHEN paused_ms IS NOT NULL THEN 5 \
              WHEN units_done > 0 THEN 1 \
              WHEN EXISTS (SELECT 1 FROM unit u WHERE u.job = job.id AND u.state = 1) THEN 1 \
              ELSE 0 END) ORDER BY id DESC LIMIT $3"
@@ -88,17 +92,18 @@ impl Store {
         .collect()
     }
 
-    /// Jobs that have not ended and that the numeric build `build` may render, in
-    /// the order of service.
+    /// Jobs that have not ended, are not paused, and that the numeric build `build` may
+    /// render: those of the highest priority.
     ///
     /// # Errors
     /// The database failed.
     pub async fn live_jobs(&self, build: &str) -> Result<Vec<LiveJob>, StoreError> {
         sqlx::query(
-            "SELECT id, priority, units_due, units_done, \
-             samples_total, (SELECT count(*) FROM unit WHERE unit.job = job.id \
+            "SELECT id, priority, units_due, units_done, samples_total, samples_done, core_us, \
+             served, (SELECT count(*) FROM unit WHERE unit.job = job.id \
              AND unit.state = 1) AS leased FROM job WHERE finished_ms IS NULL \
-             AND (build IS NULL OR build = $2) ORDER BY priority DESC, id LIMIT $1",
+             AND paused_ms IS NULL AND (build IS NULL OR build = $2) \
+             ORDER BY priority DESC, served, id LIMIT $1",
         )
         .bind(LIVE_JOBS_MAX)
         .bind(build)
@@ -114,6 +119,9 @@ impl Store {
                 units_done: count(row, "units_done")?,
                 units_leased: count(row, "leased")?,
                 samples_total: count(row, "samples_total")?,
+                samples_done: count(row, "samples_done")?,
+                core_us: count(row, "core_us")?,
+                served: int(row, "served")?,
             })
         })
         .collect()
@@ -169,6 +177,9 @@ impl Store {
         if ended == 0 {
             return Ok(false);
         }
+        let event = Event::new(id, LogKind::Ended, now_ms);
+        let text = Some(failure.unwrap_or("cancelled"));
+        log(&mut tx, &Event { text, ..event }).await?;
         tx.commit().await.attempt("commit end of job")?;
         Ok(true)
     }

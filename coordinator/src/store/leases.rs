@@ -1,9 +1,11 @@
 //! Leases: kept alive, given back, expired.
 
 use super::error::{Attempt, StoreError};
+use super::log::{Event, log};
 use super::open::Store;
 use super::order::lock_job;
 use super::rows::{count, int, json, text};
+use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
 use sqlx::Row;
@@ -123,7 +125,7 @@ impl Store {
     }
 
     /// Whether a worker may still usefully render a lease: its job is live and
-    /// some unit of it is not yet counted.
+    /// some unit of it is not yet counted, or is to be compared.
     ///
     /// # Errors
     /// The database failed.
@@ -135,6 +137,14 @@ impl Store {
             .attempt("read job")?;
         if live.is_none() {
             return Ok(false);
+        }
+        let audit = sqlx::query("SELECT job FROM audit WHERE lease > 0 AND lease = $1 LIMIT 1")
+            .bind(lease.id)
+            .fetch_optional(&self.read)
+            .await
+            .attempt("look at audits")?;
+        if audit.is_some() {
+            return Ok(true);
         }
         for run in &lease.runs {
             let row = sqlx::query(
@@ -230,12 +240,12 @@ impl Store {
     ///
     /// # Errors
     /// The database failed.
-    pub async fn release(&self, worker: &str, id: i64) -> Result<bool, StoreError> {
-        self.end_lease(id, Some(worker), i64::MAX).await
+    pub async fn release(&self, worker: &str, id: i64, now_ms: i64) -> Result<bool, StoreError> {
+        self.end_lease(id, Some(worker), now_ms).await
     }
 
-    // Close the lease if it is open, ran out before `now_ms` (a heartbeat may
-    // have come since it was found) and is `worker`'s, if one is named.
+    // Close the lease if it is open and either is `worker`'s, if one is named, or ran
+    // out before `now_ms`: a heartbeat may have come since it was found.
     async fn end_lease(
         &self,
         id: i64,
@@ -243,7 +253,7 @@ impl Store {
         now_ms: i64,
     ) -> Result<bool, StoreError> {
         let mut tx = self.begin().await?;
-        let row = sqlx::query("SELECT job FROM lease WHERE id = $1 AND closed = 0")
+        let row = sqlx::query("SELECT job, worker, runs FROM lease WHERE id = $1 AND closed = 0")
             .bind(id)
             .fetch_optional(&mut *tx)
             .await
@@ -260,8 +270,8 @@ impl Store {
         .attempt("free units")?;
         lock_job(&mut tx, job).await?;
         let ended = sqlx::query(
-            "UPDATE lease SET closed = 1 WHERE id = $1 AND closed = 0 AND until_ms < $2 \
-             AND ($3 = '' OR worker = $3)",
+            "UPDATE lease SET closed = 1 WHERE id = $1 AND closed = 0 \
+             AND (($3 = '' AND until_ms < $2) OR worker = $3)",
         )
         .bind(id)
         .bind(now_ms)
@@ -272,6 +282,28 @@ impl Store {
         if ended.rows_affected() != 1 {
             return Ok(false);
         }
+        let (kind, tries) = match worker {
+            Some(_) => (LogKind::Released, 0i64),
+            None => (LogKind::Expired, 1),
+        };
+        sqlx::query(
+            "UPDATE audit SET lease = 0, tries = tries + $2, changed_ms = $3 \
+             WHERE lease > 0 AND lease = $1",
+        )
+        .bind(id)
+        .bind(tries)
+        .bind(now_ms)
+        .execute(&mut *tx)
+        .await
+        .attempt("free audits")?;
+        let (holder, runs) = (text(&row, "worker")?, json::<Vec<Run>>(&row, "runs")?);
+        let event = Event {
+            worker: Some(&holder),
+            lease: Some(id),
+            runs: &runs,
+            ..Event::new(job, kind, now_ms)
+        };
+        log(&mut tx, &event).await?;
         tx.commit().await.attempt("commit end of lease")?;
         Ok(true)
     }

@@ -8,6 +8,7 @@
 
 mod asset_use;
 mod assets;
+mod audits;
 mod claim;
 mod commit;
 mod delete;
@@ -21,19 +22,23 @@ mod idem;
 mod jobs;
 mod leases;
 mod levels;
+mod log;
 mod open;
 mod order;
 mod queue;
 mod rows;
+mod steer;
 mod submit;
 mod sweep;
 mod time_up;
 mod tokens;
 mod url;
 mod webhooks;
+mod withdraw;
 mod workers;
 
 pub use asset_use::COUNTED_TABLES;
+pub use audits::HoldingAudit;
 pub use claim::{Claimed, ReadyQuery};
 pub use commit::{CommitOutcome, PartRecord};
 pub use error::StoreError;
@@ -51,4 +56,5 @@ pub use submit::{NewJob, Submitted};
 pub use tokens::TokenRow;
 pub use url::DatabaseUrl;
 pub use webhooks::{DueWebhook, NewWebhook, WebhookRow};
+pub use withdraw::Withdrawn;
 pub use workers::WorkerRow;

@@ -227,6 +227,11 @@ fn migrator() -> Migrator {
             include_str!("../../migrations/0006_stores.sql"),
         ),
         simple(
+            7,
+            "leases",
+            include_str!("../../migrations/0007_leases.sql"),
+        ),
+        simple(
             8,
             "tokens",
             include_str!("../../migrations/0008_tokens.sql"),

@@ -2,7 +2,7 @@
 
 use super::error::{Attempt, StoreError, corrupt};
 use crate::farm::frames_out_of_time;
-use shearwater_shared::api::{FailureKind, StopCause};
+use shearwater_shared::api::{AuditCounts, FailureKind, StopCause};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
 use shearwater_shared::plan::{Plan, Run};
@@ -73,6 +73,12 @@ pub struct JobRow {
     pub build: Option<String>,
     /// When the time of its time stop began to run.
     pub timed_from_ms: Option<i64>,
+    /// Since when its user has it paused.
+    pub paused_ms: Option<i64>,
+    /// Decides which runs are audited; nobody outside knows it.
+    pub audit_salt: i64,
+    /// How its audit stands.
+    pub audits: AuditCounts,
     /// When it was submitted.
     pub submitted_ms: i64,
     /// When its first lease went out.
@@ -110,7 +116,8 @@ macro_rules! job_columns {
         "id, name, manifest, settings, post, fps, animation_frames, priority, frames_done, units_due, units_done, samples_total, \
          samples_done, core_us, bad_samples, depth_cap_hits, unequal_results, ended, failure, \
          submitted_ms, first_lease_ms, last_result_ms, finished_ms, rev, stopped, samples_min, samples_max, extended, build, \
-         timed_from_ms, \
+         timed_from_ms, paused_ms, audit_salt, audits_equal, audits_unequal, audits_skipped, \
+         (SELECT count(*) FROM audit WHERE audit.job = job.id) AS audits_open, \
          (SELECT count(*) FROM unit WHERE unit.job = job.id AND unit.state = 1) AS leased"
     };
 }
@@ -241,6 +248,14 @@ pub(super) fn job_row(row: &AnyRow) -> Result<JobRow, StoreError> {
         extended: int(row, "extended")?,
         build: optional_text(row, "build")?,
         timed_from_ms: time("timed_from_ms")?,
+        paused_ms: time("paused_ms")?,
+        audit_salt: int(row, "audit_salt")?,
+        audits: AuditCounts {
+            open: count(row, "audits_open")?,
+            equal: count(row, "audits_equal")?,
+            unequal: count(row, "audits_unequal")?,
+            skipped: count(row, "audits_skipped")?,
+        },
         submitted_ms: int(row, "submitted_ms")?,
         first_lease_ms: time("first_lease_ms")?,
         last_result_ms: time("last_result_ms")?,

@@ -30,6 +30,8 @@ pub struct NewJob {
     pub priority: i32,
     /// Public part of the token that submits it.
     pub owner: Option<String>,
+    /// Random: decides which runs are audited.
+    pub audit_salt: i64,
     /// Whom to tell its end.
     pub webhook: Option<NewWebhook>,
     /// The client's idempotency key.
@@ -105,8 +107,8 @@ async fn insert_job(
     sqlx::query(
         "INSERT INTO job (id, name, manifest, scene_hash, settings, post, priority, frames, \
          tiles, blocks, samples_total, submitted_ms, fps, animation_frames, units_due, stop_s, \
-         owner, assets_noted) \
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, 1)",
+         owner, audit_salt, assets_noted) \
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, 1)",
     )
     .bind(id)
     .bind(&new.name)
@@ -125,6 +127,7 @@ async fn insert_job(
     .bind(big(units_due))
     .bind(new.settings.stop.seconds.map(i64::from))
     .bind(&new.owner)
+    .bind(new.audit_salt)
     .execute(&mut **tx)
     .await
     .attempt("insert job")?;

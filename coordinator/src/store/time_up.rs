@@ -16,7 +16,7 @@ impl Store {
     pub async fn withhold_all(&self, now_ms: i64) -> Result<u64, StoreError> {
         let jobs = sqlx::query(
             "SELECT id, frames, stop_s, timed_from_ms FROM job WHERE finished_ms IS NULL \
-             AND stop_s IS NOT NULL AND timed_from_ms IS NOT NULL",
+             AND paused_ms IS NULL AND stop_s IS NOT NULL AND timed_from_ms IS NOT NULL",
         )
         .fetch_all(&self.read)
         .await

@@ -2,7 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
-use super::rows::{big, count, int, small, text};
+use super::rows::{big, count, int, optional_text, small, text};
 use std::collections::BTreeMap;
 
 /// Workers shown or considered at once; the most lately seen ones.
@@ -21,8 +21,12 @@ pub struct WorkerRow {
     pub milli_samples_per_s: u64,
     /// When it was last heard of.
     pub seen_ms: i64,
+    /// Its sums were found to be wrong: it gets nothing any more.
+    pub distrusted: bool,
     /// Gets nothing before this time.
     pub quarantined_until_ms: i64,
+    /// Why.
+    pub quarantine_reason: Option<String>,
 }
 
 impl Store {
@@ -67,8 +71,11 @@ impl Store {
     /// The database failed.
     pub async fn workers(&self, since_ms: i64) -> Result<Vec<WorkerRow>, StoreError> {
         sqlx::query(
-            "SELECT instance, name, threads, milli_samples_per_s, seen_ms, quarantined_until_ms \
-             FROM worker WHERE seen_ms >= $1 ORDER BY name, instance LIMIT $2",
+            "SELECT instance, name, threads, milli_samples_per_s, seen_ms, quarantined_until_ms, \
+             coalesce(d.reason, quarantine_reason) AS reason, \
+             CAST(CASE WHEN d.worker IS NULL THEN 0 ELSE 1 END AS BIGINT) AS distrusted \
+             FROM worker LEFT JOIN distrust d ON d.worker = instance \
+             WHERE seen_ms >= $1 ORDER BY name, instance LIMIT $2",
         )
         .bind(since_ms)
         .bind(WORKERS_MAX)
@@ -83,7 +90,9 @@ impl Store {
                 threads: small(row, "threads")?,
                 milli_samples_per_s: count(row, "milli_samples_per_s")?,
                 seen_ms: int(row, "seen_ms")?,
+                distrusted: int(row, "distrusted")? != 0,
                 quarantined_until_ms: int(row, "quarantined_until_ms")?,
+                quarantine_reason: optional_text(row, "reason")?,
             })
         })
         .collect()

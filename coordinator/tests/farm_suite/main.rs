@@ -1,6 +1,7 @@
 //! The coordinator as its clients see it: a real listener, made-up workers.
 
 mod assets;
+mod audit;
 mod conditional;
 mod contract;
 mod errors;
@@ -12,5 +13,6 @@ mod leases;
 mod pictures;
 mod restart;
 mod results;
+mod steer;
 mod stop;
 mod webhooks;

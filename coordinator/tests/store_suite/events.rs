@@ -92,10 +92,13 @@ impl Model {
                 store.expire(self.now_ms).await.expect("expire");
             }
             80..85 => {
-                store.release("w", lease).await.expect("release");
+                store
+                    .release("w", lease, self.now_ms)
+                    .await
+                    .expect("release");
             }
             85..88 => {
-                let failure = store.record_failure(self.job, lease, &runs, "w", "ill");
+                let failure = store.record_failure(self.job, lease, &runs, "w", "ill", self.now_ms);
                 failure.await.expect("record");
             }
             88..91 => {

@@ -1,5 +1,6 @@
 //! The store's promises, as functions of a store: every engine runs the same.
 
+mod audit;
 mod commits;
 mod ends;
 mod engines;

@@ -83,13 +83,13 @@ async fn work(store: Store, race: Arc<Race>, seed: u64) -> u64 {
             .await
             .expect("prolong");
         if turn.is_multiple_of(11) {
-            store.release("w", claimed.id).await.expect("release");
+            store.release("w", claimed.id, 5).await.expect("release");
             continue;
         }
         for run in claimed.runs {
             if turn.is_multiple_of(13) {
                 let runs = [run];
-                let failed = store.record_failure(job, claimed.id, &runs, "w", "ill");
+                let failed = store.record_failure(job, claimed.id, &runs, "w", "ill", 5);
                 failed.await.expect("record failure");
             }
             for nonce in 0..=(turn % 2) {

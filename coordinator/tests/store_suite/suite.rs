@@ -22,18 +22,23 @@ pub(crate) async fn submit(store: &Store) -> JobId {
 }
 
 pub(crate) async fn submit_frames(store: &Store, frames: u32) -> JobId {
+    submit_with(store, RenderSettings { frames, ..SETTINGS }).await
+}
+
+pub(crate) async fn submit_with(store: &Store, settings: RenderSettings) -> JobId {
     let new = NewJob {
         name: "job".into(),
         manifest: Manifest {
             scene: ContentHash::of(b"scene"),
             files: [].into(),
         },
-        settings: RenderSettings { frames, ..SETTINGS },
+        settings,
         post: shearwater_shared::scene::Post::default(),
         fps: Some(24.0),
         animation_frames: Some(8),
         priority: 0,
         owner: None,
+        audit_salt: 7,
         webhook: None,
         idempotency: None,
     };
@@ -79,6 +84,7 @@ pub(crate) fn part(job: JobId, run: Run, lease: i64, nonce: u64) -> PartRecord {
         core_us: 1,
         bad_samples: 0,
         depth_cap_hits: 0,
+        audited: false,
     }
 }
 
@@ -102,4 +108,5 @@ pub(crate) async fn run(store: &Store) {
     ends::a_clock_set_back_ends_leases_in_time(store).await;
     ends::a_lease_ends_with_its_last_run(store).await;
     ends::everything_of_a_deleted_job_goes(store).await;
+    crate::audit::run(store).await;
 }

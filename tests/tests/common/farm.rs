@@ -50,6 +50,14 @@ impl Farm {
         Self::start_in(folder, places)
     }
 
+    /// Start one with more arguments.
+    pub(crate) fn start_args(more: &[&str]) -> Self {
+        let folder = tempfile::tempdir().expect("temporary folder");
+        let mut places = Pair::Laptop.places(folder.path());
+        places.args.extend(more.iter().map(|&text| text.into()));
+        Self::start_in(folder, places)
+    }
+
     /// Start a coordinator with these stores.
     pub(crate) fn start_with(places: Places) -> Self {
         Self::start_in(tempfile::tempdir().expect("temporary folder"), places)

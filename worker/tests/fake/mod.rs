@@ -2,7 +2,7 @@
 
 use axum::Json;
 use axum::Router;
-use axum::body::Bytes;
+use axum::body::{Body, Bytes};
 use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
@@ -33,6 +33,14 @@ pub(crate) struct Script {
     pub(crate) assets: BTreeMap<ContentHash, Vec<u8>>,
     /// Assets delivered damaged this many times first.
     pub(crate) damaged_first: u32,
+    /// Break the line after so many bytes of the next assets.
+    pub(crate) breaks: VecDeque<usize>,
+    /// First bytes that were asked for of each asset request.
+    pub(crate) asked_from: Vec<usize>,
+    /// How long a lease request takes, in milliseconds.
+    pub(crate) lease_ms: u64,
+    /// Parts that had come when each lease was asked for.
+    pub(crate) parts_at_request: Vec<usize>,
     /// Answer this to the next results instead of counting them.
     pub(crate) result_errors: VecDeque<u16>,
     /// Refuse lease requests.
@@ -176,10 +184,12 @@ fn problem(status: StatusCode, name: &str) -> Response {
 }
 
 async fn lease(State(script): State<Shared>, Json(request): Json<LeaseRequest>) -> Response {
-    let lease = {
+    let (lease, lease_ms) = {
         let mut script = script.lock().expect("script");
         assert!(request.wait_ms <= limits::LEASE_WAIT_MS_MAX);
         script.lease_requests.push(request);
+        let parts = script.parts.len();
+        script.parts_at_request.push(parts);
         if script.refuse {
             return problem(StatusCode::CONFLICT, "build");
         }
@@ -187,8 +197,9 @@ async fn lease(State(script): State<Shared>, Json(request): Json<LeaseRequest>) 
             script.quarantine -= 1;
             return problem(StatusCode::FORBIDDEN, "quarantined");
         }
-        script.leases.pop_front()
+        (script.leases.pop_front(), script.lease_ms)
     };
+    tokio::time::sleep(Duration::from_millis(lease_ms)).await;
     if let Some(lease) = lease {
         return Json(lease).into_response();
     }
@@ -234,7 +245,11 @@ async fn release(State(script): State<Shared>, Json(request): Json<ReleaseReques
     StatusCode::NO_CONTENT
 }
 
-async fn asset(State(script): State<Shared>, Path(hash): Path<String>) -> Response {
+async fn asset(
+    State(script): State<Shared>,
+    Path(hash): Path<String>,
+    headers: header::HeaderMap,
+) -> Response {
     let mut script = script.lock().expect("script");
     let hash: ContentHash = hash.parse().expect("a hash");
     let Some(mut bytes) = script.assets.get(&hash).cloned() else {
@@ -244,5 +259,30 @@ async fn asset(State(script): State<Shared>, Path(hash): Path<String>) -> Respon
         script.damaged_first -= 1;
         bytes[0] ^= 1;
     }
-    bytes.into_response()
+    let range = headers.get(header::RANGE);
+    let from = range.map_or(0, |range| {
+        let text = range.to_str().expect("text");
+        let from = text
+            .strip_prefix("bytes=")
+            .and_then(|t| t.strip_suffix('-'));
+        from.expect("an open range").parse().expect("a number")
+    });
+    script.asked_from.push(from);
+    let whole = bytes.len();
+    let rest = bytes.split_off(from);
+    let mut response = match script.breaks.pop_front() {
+        None => rest.into_response(),
+        Some(at) => {
+            let piece = rest[..at].to_vec();
+            let pieces = [Ok(piece), Err(std::io::Error::other("the line breaks"))];
+            Body::from_stream(futures_util::stream::iter(pieces)).into_response()
+        }
+    };
+    if from > 0 {
+        *response.status_mut() = StatusCode::PARTIAL_CONTENT;
+        let range = format!("bytes {from}-{}/{whole}", whole - 1);
+        let range = range.parse().expect("a header");
+        response.headers_mut().insert(header::CONTENT_RANGE, range);
+    }
+    response
 }
