@@ -163,7 +163,17 @@ impl Chaos {
         }
     }
 
-    /// Break something.
+    fn can_break(&self, fault: Fault) -> bool {
+        match fault {
+            Fault::KillWorker(n) | Fault::StopWorker(n, _) => self.sites[n].worker.is_some(),
+            Fault::KillCoordinator(n, _) | Fault::StopCoordinator(n, _) => {
+                self.coordinators[n].is_some() && !self.asleep[n]
+            }
+            Fault::Weather(..) | Fault::Damage(..) | Fault::Store(..) => true,
+        }
+    }
+
+    /// Break something, unless the dice name what is broken already.
     pub(crate) fn next_fault(&mut self) {
         let of = Breakable {
             workers: WORKERS,
@@ -172,6 +182,10 @@ impl Chaos {
             clocks: Path::new(FAKETIME).is_file(),
         };
         let fault = draw(&mut self.dice, of);
+        // Who is down or stands still cannot be broken once more.
+        if !self.can_break(fault) {
+            return;
+        }
         self.faults += 1;
         println!("{:7.1} s  {fault}", self.began.elapsed().as_secs_f64());
         let kind = format!("{fault:?}");
