@@ -7,6 +7,7 @@ use axum::extract::{Path, State};
 use axum::http::{StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
+use futures_util::StreamExt;
 use shearwater_shared::api::{
     FailureReport, HeartbeatRequest, HeartbeatResponse, Lease, LeaseRequest, Problem,
     ReleaseRequest, ResultResponse,
@@ -25,6 +26,8 @@ use tokio::task::JoinHandle;
 
 /// Longest that anything in these tests may take.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// Between what an asset brings and the break of its line.
+const BEFORE_BREAK: Duration = Duration::from_millis(100);
 
 /// What the fake does, and what it has seen.
 #[derive(Default)]
@@ -275,7 +278,12 @@ async fn asset(
         Some(at) => {
             let piece = rest[..at].to_vec();
             let pieces = [Ok(piece), Err(std::io::Error::other("the line breaks"))];
-            Body::from_stream(futures_util::stream::iter(pieces)).into_response()
+            // What is sent together with the break may never leave this machine.
+            let slowly = futures_util::stream::iter(pieces).then(async |piece| {
+                tokio::time::sleep(BEFORE_BREAK).await;
+                piece
+            });
+            Body::from_stream(slowly).into_response()
         }
     };
     if from > 0 {
