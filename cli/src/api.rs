@@ -193,6 +193,13 @@ impl Api {
         self.send(request).await.map(drop)
     }
 
+    /// Remove a job that has ended, with everything of it.
+    pub(crate) async fn delete(&self, id: JobId) -> Result<(), CliError> {
+        let path = routes::fill(routes::JOB, &id.to_string());
+        let request = self.http.delete(self.url(&path)?).timeout(CALL_TIMEOUT);
+        self.send(request).await.map(drop)
+    }
+
     /// Pause, resume or retry a job: `POST` one of their routes.
     pub(crate) async fn steer(&self, route: &str, id: JobId) -> Result<JobView, CliError> {
         let path = routes::fill(route, &id.to_string());

@@ -4,7 +4,7 @@ use crate::access::AccessArgs;
 use crate::api::Api;
 use crate::commands::{
     add, cancel, compare, coordinator, download, export, gc, jobs, log, pause, priority, render,
-    report, resume, retry, status, submit, token, watch, water, worker, workers,
+    report, resume, retry, simulate, status, submit, token, watch, water, worker, workers,
 };
 use crate::exit::{self, CliError};
 use crate::frames::{self, FrameRange};
@@ -91,6 +91,7 @@ pub(crate) enum Command {
     Water(water::Water),
     Export(export::Export),
     Gc(gc::Gc),
+    Simulate(simulate::Simulate),
     /// Print the JSON Schema of scene.json
     ///
     /// Point your editor at it: every field, its unit, range and default.

@@ -104,6 +104,9 @@ pub(crate) enum CliError {
     /// A report is written, but some variants are not in it.
     #[error("variants that could not be rendered:\n{0}")]
     Variants(String),
+    /// A simulation ended, but not as it must; its report is printed already.
+    #[error("the simulation: {0}")]
+    Simulation(String),
     /// A signal came.
     #[error("interrupted")]
     Interrupted,
@@ -123,6 +126,7 @@ impl CliError {
             Self::Picture(_)
             | Self::Job(_)
             | Self::Io { .. }
+            | Self::Simulation(_)
             | Self::Worker(_)
             | Self::Coordinator(_) => Exit::Failure,
         }

@@ -15,9 +15,11 @@ mod json_paths;
 mod logging;
 mod machine;
 mod memory;
+mod open_files;
 mod output;
 mod scene_files;
 mod signals;
+mod simulation;
 mod video;
 
 use clap::Parser;

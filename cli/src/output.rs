@@ -32,8 +32,12 @@ pub(crate) fn note(text: impl std::fmt::Display) {
 /// Print why the command failed. Text always goes to standard error.
 pub(crate) fn error(error: &CliError, json: bool) {
     eprintln!("error: {error}");
-    // One object only: a comparison or a report has printed its own.
-    if json && !matches!(error, CliError::Different(_) | CliError::Variants(_)) {
+    // One object only: a comparison, a report or a simulation has printed its own.
+    let printed = matches!(
+        error,
+        CliError::Different(_) | CliError::Variants(_) | CliError::Simulation(_)
+    );
+    if json && !printed {
         object(&json!({
             "error": {
                 "kind": error.kind(),

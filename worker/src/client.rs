@@ -2,6 +2,7 @@
 
 use crate::connection::{Access, causes};
 use crate::error::WorkerError;
+use crate::traffic::Traffic;
 use reqwest::{Response, StatusCode, Url, header};
 use serde::{Serialize, de::DeserializeOwned};
 use shearwater_shared::api::{
@@ -10,6 +11,7 @@ use shearwater_shared::api::{
 };
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::{routes, wire};
+use std::sync::Arc;
 use std::time::Duration;
 
 /// Small JSON calls.
@@ -44,6 +46,7 @@ pub(crate) enum CallError {
 pub(crate) struct Client {
     http: reqwest::Client,
     base: Url,
+    traffic: Arc<Traffic>,
 }
 
 impl Client {
@@ -59,7 +62,16 @@ impl Client {
             .user_agent(concat!("shearwater-worker/", env!("CARGO_PKG_VERSION")))
             .build()
             .map_err(|e| error(causes(&e)))?;
-        Ok(Self { http, base })
+        Ok(Self {
+            http,
+            base,
+            traffic: Arc::default(),
+        })
+    }
+
+    /// The same, counted together with others.
+    pub(crate) fn counted_in(self, traffic: Arc<Traffic>) -> Self {
+        Self { traffic, ..self }
     }
 
     fn url(&self, path: &str) -> Result<Url, CallError> {
@@ -74,8 +86,15 @@ impl Client {
         body: &impl Serialize,
         timeout: Duration,
     ) -> Result<Response, CallError> {
-        let request = self.http.post(self.url(path)?).json(body).timeout(timeout);
-        accepted(request.send().await).await
+        let body = serde_json::to_vec(body).map_err(|e| CallError::Unavailable(e.to_string()))?;
+        self.traffic.sends(body.len());
+        let request = self
+            .http
+            .post(self.url(path)?)
+            .header(header::CONTENT_TYPE, "application/json")
+            .body(body)
+            .timeout(timeout);
+        self.accepted(request.send().await).await
     }
 
     /// Ask for work; `None` when there is none within the request's wait.
@@ -87,18 +106,20 @@ impl Client {
         if response.status() == StatusCode::NO_CONTENT {
             return Ok(None);
         }
-        json(response).await.map(Some)
+        self.json(response).await.map(Some)
     }
 
     /// Deliver the message of one part.
     pub(crate) async fn result(&self, body: Vec<u8>) -> Result<ResultResponse, CallError> {
+        self.traffic.sends(body.len());
         let request = self
             .http
             .post(self.url(routes::WORKER_RESULTS)?)
             .header(header::CONTENT_TYPE, wire::CONTENT_TYPE)
             .body(body)
             .timeout(RESULT_TIMEOUT);
-        json(accepted(request.send().await).await?).await
+        let response = self.accepted(request.send().await).await?;
+        self.json(response).await
     }
 
     /// Keep leases alive.
@@ -107,7 +128,7 @@ impl Client {
         request: &HeartbeatRequest,
     ) -> Result<HeartbeatResponse, CallError> {
         let response = self.post_json(routes::WORKER_HEARTBEAT, request, HEARTBEAT_TIMEOUT);
-        json(response.await?).await
+        self.json(response.await?).await
     }
 
     /// Say that a run cannot be rendered.
@@ -143,7 +164,26 @@ impl Client {
             // From the start: whoever answers does not know ranges, or not this one.
             have.clear();
         }
-        read_into(accepted(answer).await?, bytes_max, have).await
+        self.traffic.sends(0);
+        read_into(self.accepted(answer).await?, bytes_max, have).await
+    }
+
+    /// The answer, if it is one of success.
+    async fn accepted(&self, answer: Result<Response, reqwest::Error>) -> Result<Response, CallError> {
+        match &answer {
+            Ok(response) if response.status().is_success() => {}
+            Ok(response) => self.traffic.fails(response.status().as_str()),
+            Err(error) if error.is_timeout() => self.traffic.fails("timeout"),
+            Err(_) => self.traffic.fails("connection"),
+        }
+        accepted(answer).await
+    }
+
+    async fn json<T: DeserializeOwned>(&self, response: Response) -> Result<T, CallError> {
+        let bytes = read_bounded(response, ANSWER_BYTES_MAX as u64).await?;
+        self.traffic.receives(bytes.len());
+        serde_json::from_slice(&bytes)
+            .map_err(|e| CallError::Unavailable(format!("answer is not the expected JSON: {e}")))
     }
 }
 
@@ -210,10 +250,4 @@ async fn read_into(
         }
         bytes.extend_from_slice(&chunk);
     }
-}
-
-async fn json<T: DeserializeOwned>(response: Response) -> Result<T, CallError> {
-    let bytes = read_bounded(response, ANSWER_BYTES_MAX as u64).await?;
-    serde_json::from_slice(&bytes)
-        .map_err(|e| CallError::Unavailable(format!("answer is not the expected JSON: {e}")))
 }

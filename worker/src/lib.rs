@@ -21,7 +21,9 @@ mod random;
 mod render;
 mod retry;
 mod scenes;
+pub mod simulate;
 mod speed;
+mod traffic;
 mod upload;
 
 pub use config::Config;

@@ -3,7 +3,7 @@
 use crate::access;
 use crate::args::DEFAULT_LISTEN;
 use crate::exit::CliError;
-use crate::{output, signals};
+use crate::{open_files, output, signals};
 use clap::Args;
 use serde_json::json;
 use shearwater_coordinator::access::{Role, UnknownRole};
@@ -138,6 +138,8 @@ pub(crate) async fn run(args: &Serve, json: bool) -> Result<(), CliError> {
     }
     // Within 0 and 1: checked above.
     config.audit_ppm = (args.audit * 1e6).round() as u32;
+    // Each connection is one.
+    open_files::raise();
     let coordinator = start(config).await?;
     let url = coordinator.url();
     if json {

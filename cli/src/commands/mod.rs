@@ -15,6 +15,7 @@ pub(crate) mod render;
 pub(crate) mod report;
 pub(crate) mod resume;
 pub(crate) mod retry;
+pub(crate) mod simulate;
 pub(crate) mod status;
 pub(crate) mod submit;
 pub(crate) mod token;
@@ -53,6 +54,7 @@ pub(crate) async fn run(cli: &Cli) -> Result<(), CliError> {
         Command::Water(args) => water::run(args, json),
         Command::Export(args) => export::run(args, json).await,
         Command::Gc(args) => gc::run(args, json).await,
+        Command::Simulate(args) => simulate::run(args, json).await,
         Command::Schema => {
             output::line(shearwater_shared::scene::schema_json().trim_end());
             Ok(())
