@@ -8,7 +8,7 @@ use crate::commands::{
 };
 use crate::exit::{self, CliError};
 use crate::frames::{self, FrameRange};
-use crate::{output, video};
+use crate::{logging, output, video};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shearwater_shared::api::{JobView, SettingsOverride};
 use shearwater_shared::limits;
@@ -99,9 +99,13 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Runs until it is stopped, so that its log is what it has to say.
-    pub(crate) const fn is_service(&self) -> bool {
-        matches!(self, Self::Coordinator(_) | Self::Worker(_))
+    /// What it has to log.
+    pub(crate) const fn log_kind(&self) -> logging::Kind {
+        match self {
+            Self::Coordinator(_) | Self::Worker(_) => logging::Kind::Service,
+            Self::Simulate(_) => logging::Kind::Crowd,
+            _ => logging::Kind::Client,
+        }
     }
 }
 

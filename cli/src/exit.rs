@@ -104,9 +104,12 @@ pub(crate) enum CliError {
     /// A report is written, but some variants are not in it.
     #[error("variants that could not be rendered:\n{0}")]
     Variants(String),
-    /// A simulation ended, but not as it must; its report is printed already.
-    #[error("the simulation: {0}")]
+    /// A simulation that cannot be, or came to no end.
+    #[error("simulation: {0}")]
     Simulation(String),
+    /// A simulation ended, but not as it must; its report is printed already.
+    #[error("the audit of the simulation found: {0}")]
+    Audit(String),
     /// A signal came.
     #[error("interrupted")]
     Interrupted,
@@ -127,6 +130,7 @@ impl CliError {
             | Self::Job(_)
             | Self::Io { .. }
             | Self::Simulation(_)
+            | Self::Audit(_)
             | Self::Worker(_)
             | Self::Coordinator(_) => Exit::Failure,
         }

@@ -27,7 +27,7 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = args::Cli::parse();
-    logging::start(cli.global.verbose, cli.command.is_service());
+    logging::start(cli.global.verbose, cli.command.log_kind());
     // The one cryptography of every TLS connection; refused only when it is set already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let runtime = match tokio::runtime::Runtime::new() {

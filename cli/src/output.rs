@@ -35,7 +35,7 @@ pub(crate) fn error(error: &CliError, json: bool) {
     // One object only: a comparison, a report or a simulation has printed its own.
     let printed = matches!(
         error,
-        CliError::Different(_) | CliError::Variants(_) | CliError::Simulation(_)
+        CliError::Different(_) | CliError::Variants(_) | CliError::Audit(_)
     );
     if json && !printed {
         object(&json!({

@@ -169,7 +169,10 @@ impl Client {
     }
 
     /// The answer, if it is one of success.
-    async fn accepted(&self, answer: Result<Response, reqwest::Error>) -> Result<Response, CallError> {
+    async fn accepted(
+        &self,
+        answer: Result<Response, reqwest::Error>,
+    ) -> Result<Response, CallError> {
         match &answer {
             Ok(response) if response.status().is_success() => {}
             Ok(response) => self.traffic.fails(response.status().as_str()),

@@ -29,7 +29,7 @@ use std::time::Duration;
 #[derive(Args, Debug)]
 pub(crate) struct Simulate {
     /// URL of a running coordinator [default: start one]
-    #[arg(long = "coordinator", value_name = "URL", conflicts_with_all = ["data", "database", "objects", "audit"])]
+    #[arg(long = "coordinator", value_name = "URL", conflicts_with_all = ["data", "database", "objects", "audit", "program"])]
     url: Option<String>,
     #[command(flatten)]
     access: AccessArgs,
@@ -42,6 +42,9 @@ pub(crate) struct Simulate {
     /// Object store of the own coordinator [default: a folder in its folder]
     #[arg(long, value_name = "URL")]
     objects: Option<String>,
+    /// Program of the own coordinator: another build, to compare [default: this one]
+    #[arg(long, value_name = "FILE")]
+    program: Option<PathBuf>,
     /// Share of the runs that the own coordinator has rendered again [default: the coordinator's]
     #[arg(long, value_name = "SHARE", value_parser = share)]
     audit: Option<f64>,
@@ -140,7 +143,7 @@ pub(crate) async fn run(args: &Simulate, json: bool) -> Result<(), CliError> {
     if report.audit.faults.is_empty() {
         return cleaned;
     }
-    Err(CliError::Simulation(report.audit.faults.join("; ")))
+    Err(CliError::Audit(report.audit.faults.join("; ")))
 }
 
 impl Simulate {
@@ -152,6 +155,7 @@ impl Simulate {
         Ok(SimulationPlan {
             url: self.url.clone(),
             access: self.access.read()?,
+            program: self.program.clone(),
             data: self.data.clone(),
             database: self.database.clone(),
             objects: self.objects.clone(),

@@ -42,7 +42,11 @@ pub(crate) async fn audit(
     counts: &Counts,
     ended: bool,
 ) -> Result<Audit, CliError> {
-    let (films_checked, films_wrong) = if ended { films(api, job).await? } else { (0, 0) };
+    let (films_checked, films_wrong) = if ended {
+        films(api, job).await?
+    } else {
+        (0, 0)
+    };
     let mut audit = Audit {
         done: job.done,
         units_total: job.units_total,
@@ -55,8 +59,14 @@ pub(crate) async fn audit(
         faults: Vec::new(),
     };
     let looks = [
-        (ended && job.units_done != job.units_total, "units are missing"),
-        (counts.units_counted > job.units_done, "acknowledged units are not counted"),
+        (
+            ended && job.units_done != job.units_total,
+            "units are missing",
+        ),
+        (
+            counts.units_counted > job.units_done,
+            "acknowledged units are not counted",
+        ),
         (counts.units_counted_twice > 0, "units were counted twice"),
         (job.unequal_results > 0, "results were unequal"),
         (films_wrong > 0, "films are wrong"),
@@ -65,7 +75,9 @@ pub(crate) async fn audit(
     let faults = looks.iter().filter(|(wrong, _)| *wrong);
     audit.faults = faults.map(|(_, fault)| (*fault).to_owned()).collect();
     if ended {
-        audit.faults.extend(CliError::of_job(job).err().map(|e| e.to_string()));
+        audit
+            .faults
+            .extend(CliError::of_job(job).err().map(|e| e.to_string()));
     }
     Ok(audit)
 }

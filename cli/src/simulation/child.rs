@@ -37,18 +37,24 @@ pub(crate) struct Start<'a> {
     pub(crate) database: Option<&'a str>,
     /// Its object store.
     pub(crate) objects: Option<&'a str>,
-    /// Where its log goes.
-    pub(crate) log: PathBuf,
+    /// Another build of this program; none is this one.
+    pub(crate) program: Option<&'a Path>,
     /// Share of the runs that are rendered again.
     pub(crate) audit: Option<f64>,
 }
 
 impl OwnCoordinator {
-    /// Start this very program as a coordinator on a free local port.
+    /// Start a coordinator on a free local port. Its log goes to a file in its folder.
     pub(crate) async fn start(start: Start<'_>) -> Result<Self, CliError> {
         let failed = |why: String| CliError::Coordinator(why);
-        let program = std::env::current_exe().map_err(|e| failed(e.to_string()))?;
-        let log = std::fs::File::create(&start.log).map_err(CliError::io(&start.log))?;
+        let program = match start.program {
+            Some(program) => Ok(program.to_owned()),
+            None => std::env::current_exe(),
+        };
+        let program = program.map_err(|e| failed(e.to_string()))?;
+        std::fs::create_dir_all(start.data).map_err(CliError::io(start.data))?;
+        let log_path = start.data.join("coordinator.log");
+        let log = std::fs::File::create(&log_path).map_err(CliError::io(&log_path))?;
         let mut command = Command::new(program);
         command
             .args(["coordinator", "--json", "--listen", "127.0.0.1:0", "--data"])
@@ -69,11 +75,11 @@ impl OwnCoordinator {
         let mut child = command.spawn().map_err(|e| failed(e.to_string()))?;
         let url = tokio::time::timeout(START_TIMEOUT, url_of(&mut child)).await;
         let url = url.unwrap_or_else(|_| Err("it does not say where it listens".to_owned()));
-        let url = url.map_err(|why| failed(format!("{why}\n{}", end_of(&start.log))))?;
+        let url = url.map_err(|why| failed(format!("{why}\n{}", end_of(&log_path))))?;
         let pid = child.id().ok_or_else(|| failed("it has ended".into()))?;
         Ok(Self {
             child,
-            log: start.log,
+            log: log_path,
             url,
             pid,
         })

@@ -53,9 +53,12 @@ impl Gauge {
         })
     }
 
-    /// The most that has been resident, in bytes.
-    pub(crate) fn peak_bytes(&self) -> Option<u64> {
-        Some(kib(&self.read("status")?, "VmHWM:")? << 10)
+    /// The most that has been resident, in bytes: the system counts it in steps, so
+    /// that a sample may have been higher. 0 where it does not say.
+    pub(crate) fn rss_max_bytes(&self) -> u64 {
+        let peak = self.read("status").and_then(|text| kib(&text, "VmHWM:"));
+        let sampled = self.samples.iter().map(|sample| sample.rss_bytes).max();
+        sampled.unwrap_or(0).max(peak.unwrap_or(0) << 10)
     }
 
     fn read(&self, file: &str) -> Option<String> {
@@ -89,7 +92,10 @@ impl Gauge {
 pub(crate) fn machine_busy_s() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/stat").ok()?;
     let line = text.lines().next()?.strip_prefix("cpu ")?;
-    let numbers: Vec<f64> = line.split_whitespace().map_while(|n| n.parse().ok()).collect();
+    let numbers: Vec<f64> = line
+        .split_whitespace()
+        .map_while(|n| n.parse().ok())
+        .collect();
     // user nice system idle iowait irq softirq steal; guests are in user.
     let busy = [0, 1, 2, 5, 6].iter().filter_map(|&n| numbers.get(n));
     Some(busy.sum::<f64>() / TICKS_PER_S)
@@ -131,7 +137,7 @@ mod tests {
         }
         assert_eq!(gauge.samples().len(), 3);
         assert!(gauge.samples()[0].rss_bytes > 1 << 20 && gauge.samples()[0].files > 2);
-        assert!(gauge.peak_bytes() >= Some(gauge.samples()[0].rss_bytes));
+        assert!(gauge.rss_max_bytes() >= gauge.samples()[0].rss_bytes);
         assert!(machine_busy_s() > Some(0.0));
     }
 

@@ -73,12 +73,14 @@ pub(crate) struct Facts {
     /// From the moment when there was a job and the first worker to the last unit
     /// that was counted.
     pub(crate) work_s: f64,
-    /// From the last unit to the end of the job: folding and hashing.
-    pub(crate) finish_s: f64,
+    /// From the last unit to the end of the job: folding and hashing. Absent before.
+    pub(crate) finish_s: Option<f64>,
     /// Core time of the results counted, over that of all workers in `work_s`.
     pub(crate) efficiency: f64,
     /// Seconds of cores of the simulated workers.
     pub(crate) simulator_cpu_s: f64,
+    /// Most resident bytes of them.
+    pub(crate) simulator_rss_max_bytes: u64,
     /// Seconds of cores of everything else on this machine: a database, others.
     pub(crate) others_cpu_s: f64,
     /// Whether the time was up before the job was done.
@@ -163,11 +165,17 @@ impl Report {
         let mut rows = vec![
             (
                 "workers",
-                format!("{} of {} connected, {} threads each", self.workers_connected, facts.workers, facts.threads),
+                format!(
+                    "{} of {} connected, {} threads each",
+                    self.workers_connected, facts.workers, facts.threads
+                ),
             ),
             (
                 "units",
-                format!("{} counted of {} ({} frames), in {:.1} s", self.units_counted, facts.units, facts.frames, facts.work_s),
+                format!(
+                    "{} counted of {} ({} frames), in {:.1} s",
+                    self.units_counted, facts.units, facts.frames, facts.work_s
+                ),
             ),
             ("rate", self.rate_text()),
             ("lease wait", self.lease_wait.text()),
@@ -177,8 +185,13 @@ impl Report {
                 "faults",
                 format!(
                     "{} failures, {} vanished, {} units given again, {} duplicates, {} dropped, {} refused, {} quarantined",
-                    self.failures, self.vanished, self.units_given_again, self.duplicates,
-                    self.dropped, self.refused, self.quarantined
+                    self.failures,
+                    self.vanished,
+                    self.units_given_again,
+                    self.duplicates,
+                    self.dropped,
+                    self.refused,
+                    self.quarantined
                 ),
             ),
             ("errors", self.errors_text()),
@@ -190,15 +203,22 @@ impl Report {
                 ),
             ),
             ("submitted in", format!("{:.3} s", facts.submit_s)),
-            ("finished in", format!("{:.2} s after the last unit", facts.finish_s)),
+            (
+                "finished in",
+                facts
+                    .finish_s
+                    .map_or("-".to_owned(), |s| format!("{s:.2} s after the last unit")),
+            ),
             ("efficiency", format!("{:.4}", facts.efficiency)),
         ];
         rows.extend(self.coordinator.iter().flat_map(usage_rows));
         rows.push((
-            "other cpu",
+            "others",
             format!(
-                "{:.1} s simulated workers, {:.1} s everything else",
-                facts.simulator_cpu_s, facts.others_cpu_s
+                "{:.1} s simulated workers ({} MiB), {:.1} s everything else",
+                facts.simulator_cpu_s,
+                facts.simulator_rss_max_bytes >> 20,
+                facts.others_cpu_s
             ),
         ));
         rows.push(("audit", self.audit_text()));
@@ -242,11 +262,17 @@ fn usage_rows(usage: &Usage) -> Vec<(&'static str, String)> {
     let mut rows = vec![
         (
             "memory",
-            format!("{} MiB at most; by quarters {quarters}", mib(usage.rss_max_bytes)),
+            format!(
+                "{} MiB at most; by quarters {quarters}",
+                mib(usage.rss_max_bytes)
+            ),
         ),
         (
             "cpu",
-            format!("{:.1} s, {:.3} s per 1000 units", usage.cpu_s, usage.cpu_s_per_1000_units),
+            format!(
+                "{:.1} s, {:.3} s per 1000 units",
+                usage.cpu_s, usage.cpu_s_per_1000_units
+            ),
         ),
         ("open files", usage.files_max.to_string()),
     ];
@@ -275,7 +301,14 @@ mod tests {
     fn each_quarter_has_its_own_maximum() {
         let zero = Instant::now();
         let at = |ms| zero + Duration::from_millis(ms);
-        let samples = [(500, 9), (1500, 1), (2500, 2), (3500, 3), (4500, 4), (9000, 8)];
+        let samples = [
+            (500, 9),
+            (1500, 1),
+            (2500, 2),
+            (3500, 3),
+            (4500, 4),
+            (9000, 8),
+        ];
         let samples = samples.map(|(ms, rss_bytes)| Sample {
             at: at(ms),
             rss_bytes,

@@ -12,7 +12,7 @@ use shearwater_shared::job::{JobId, RenderSettings};
 use shearwater_worker::connection::Access;
 use shearwater_worker::simulate::{Crowd, CrowdConfig, Habits, Seen};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 use tokio::sync::watch;
 
 /// How often the job and the coordinator are looked at.
@@ -32,6 +32,8 @@ pub(crate) struct SimulationPlan {
     pub(crate) url: Option<String>,
     /// For that one.
     pub(crate) access: Access,
+    /// Program of the own coordinator; none is this one.
+    pub(crate) program: Option<PathBuf>,
     /// Where the own coordinator's stores are; none is its default.
     pub(crate) data: Option<PathBuf>,
     pub(crate) database: Option<String>,
@@ -69,8 +71,6 @@ pub(crate) struct EndOfWork {
     job: JobView,
     /// When the last unit was counted or the time was up.
     counted: Moment,
-    /// From then to the end of the job.
-    finish_s: f64,
     cut_short: bool,
 }
 
@@ -182,7 +182,10 @@ impl Running {
                 return Err(CliError::Simulation(format!("a worker is refused: {why}")));
             }
             tracing::info!(units = job.units_done, of = job.units_total, "simulating");
-            let up = self.plan.bound.is_some_and(|bound| self.began.at.elapsed() >= bound);
+            let up = self
+                .plan
+                .bound
+                .is_some_and(|bound| self.began.at.elapsed() >= bound);
             if counted.is_none() && (job.units_done >= job.units_total || up) {
                 counted = Some(self.moment());
             }
@@ -190,7 +193,6 @@ impl Running {
                 let counted = counted.unwrap_or_else(|| self.moment());
                 return Ok(EndOfWork {
                     cut_short: !job.done,
-                    finish_s: counted.at.elapsed().as_secs_f64(),
                     counted,
                     job,
                 });
@@ -269,14 +271,15 @@ impl About {
             seed: habits.seed,
             submit_s: self.submit_s,
             work_s,
-            finish_s: end.finish_s,
+            finish_s: finish_s(&job, last_counted),
             efficiency: job.core_s / (threads * work_s.max(1e-3)),
             simulator_cpu_s,
+            simulator_rss_max_bytes: Gauge::of("self").rss_max_bytes(),
             others_cpu_s: (machine_cpu_s - simulator_cpu_s - coordinator_cpu_s).max(0.0),
             cut_short: end.cut_short,
         };
         let usage = self.coordinator.as_ref().map(|gauge| Usage {
-            rss_max_bytes: gauge.peak_bytes().unwrap_or(0),
+            rss_max_bytes: gauge.rss_max_bytes(),
             rss_quarters_bytes: quarters(gauge.samples(), self.began.at, last_counted),
             cpu_s: coordinator_cpu_s,
             cpu_s_per_1000_units: coordinator_cpu_s * 1000.0 / job.units_done.max(1) as f64,
@@ -297,6 +300,15 @@ impl About {
     }
 }
 
+/// From the last result to the end of the job: exact where the coordinator has the
+/// clock of this machine.
+fn finish_s(job: &JobView, last_counted: Instant) -> Option<f64> {
+    let ended = UNIX_EPOCH + Duration::from_millis(u64::try_from(job.finished_ms?).ok()?);
+    let since_end = SystemTime::now().duration_since(ended).ok()?;
+    let since_counted = last_counted.elapsed();
+    Some(since_counted.saturating_sub(since_end).as_secs_f64())
+}
+
 /// A coordinator of our own, unless another one is named.
 async fn own_coordinator(
     plan: &SimulationPlan,
@@ -307,7 +319,7 @@ async fn own_coordinator(
     }
     let data = plan.data.clone().unwrap_or_else(|| folder.join("data"));
     let start = Start {
-        log: folder.join("coordinator.log"),
+        program: plan.program.as_deref(),
         database: plan.database.as_deref(),
         objects: plan.objects.as_deref(),
         audit: plan.audit,

@@ -38,16 +38,20 @@ pub(crate) fn settings(
     let blocks = units.div_ceil(u64::from(frames.max(1)) * tiles).max(1);
     let samples = blocks.saturating_mul(BLOCK_SAMPLES);
     let settings = of(u32::try_from(samples).unwrap_or(u32::MAX - 1));
-    let fits = settings.validate().map_err(|e| e.to_string()).and_then(|()| {
-        match Plan::new(&settings).units_per_frame() {
-            per_frame if per_frame > limits::FRAME_UNITS_MAX => {
-                Err(format!("{per_frame} units of a frame, at most {}", limits::FRAME_UNITS_MAX))
-            }
+    let fits = settings
+        .validate()
+        .map_err(|e| e.to_string())
+        .and_then(|()| match Plan::new(&settings).units_per_frame() {
+            per_frame if per_frame > limits::FRAME_UNITS_MAX => Err(format!(
+                "{per_frame} units of a frame, at most {}",
+                limits::FRAME_UNITS_MAX
+            )),
             _ => Ok(()),
-        }
-    });
+        });
     fits.map_err(|why| {
-        CliError::Simulation(format!("{units} units in {frames} frames: {why}; take more frames"))
+        CliError::Simulation(format!(
+            "{units} units in {frames} frames: {why}; take more frames"
+        ))
     })?;
     Ok(settings)
 }

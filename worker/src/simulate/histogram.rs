@@ -95,7 +95,10 @@ mod tests {
     fn classes_follow_each_other_without_gap() {
         for us in (0..100_000).chain([1 << 30, (1 << 30) + 12_345, 1 << 40]) {
             let class = class(us) as u64;
-            assert!(class_start(class) <= us && us < class_start(class + 1), "{us}");
+            assert!(
+                class_start(class) <= us && us < class_start(class + 1),
+                "{us}"
+            );
         }
     }
 
@@ -109,7 +112,10 @@ mod tests {
         for share in [0.01, 0.5, 0.9, 0.99, 1.0] {
             let exact = share * 100_000.0;
             let found = histogram.quantile(share).as_micros() as f64;
-            assert!((exact..=exact * 1.016 + 1.0).contains(&found), "{share}: {found}");
+            assert!(
+                (exact..=exact * 1.016 + 1.0).contains(&found),
+                "{share}: {found}"
+            );
         }
         assert_eq!(histogram.max(), Duration::from_millis(100));
         histogram.record(Duration::from_secs(1 << 40));

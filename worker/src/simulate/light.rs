@@ -28,7 +28,11 @@ pub(super) fn sums(plan: &Plan, run: &Run) -> Option<TileSums> {
         for (half, light) in light.iter_mut().enumerate() {
             let sample = light_of(run, block, half);
             *light += sample * samples;
-            count(&mut sums.brightness, 3 * sample, samples as u64 * pixels as u64);
+            count(
+                &mut sums.brightness,
+                3 * sample,
+                samples as u64 * pixels as u64,
+            );
         }
     }
     for (half, light) in sums.radiance.iter_mut().zip(light) {

@@ -14,9 +14,9 @@ use crate::{heartbeat, random};
 use shearwater_shared::api::{
     FailureKind, FailureReport, Lease, LeaseRequest, ReleaseRequest, WorkerId,
 };
+use shearwater_shared::limits;
 use shearwater_shared::plan::{Plan, Run};
 use shearwater_shared::wire::{self, PartUpload};
-use shearwater_shared::limits;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use tokio::sync::Semaphore;
@@ -254,7 +254,9 @@ impl Member {
 
     async fn deliver(&self, (lease, run): &Task, time: Duration) -> bool {
         let Some(body) = self.message(lease, run, time) else {
-            self.common.stats.refused(format!("{run:?} is not of the job's plan"));
+            self.common
+                .stats
+                .refused(format!("{run:?} is not of the job's plan"));
             return true;
         };
         let since = Instant::now();

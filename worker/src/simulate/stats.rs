@@ -229,7 +229,9 @@ impl Seen {
     /// the seconds `from` and `to`; `None` when there is no whole window.
     #[must_use]
     pub fn rates(&self, window: usize, from: usize, to: usize) -> Option<(f64, f64)> {
-        let seconds = self.units_of_second.get(from..to.min(self.units_of_second.len()))?;
+        let seconds = self
+            .units_of_second
+            .get(from..to.min(self.units_of_second.len()))?;
         let sums = seconds
             .windows(window.max(1))
             .map(|w| w.iter().map(|&n| u64::from(n)).sum::<u64>());
