@@ -129,7 +129,7 @@ pub(crate) async fn run(args: &Simulate, json: bool) -> Result<(), CliError> {
         .map_err(CliError::io(&std::env::temp_dir()))?;
     let mut running = Running::start(args.plan()?, folder.path()).await?;
     let ended = tokio::select! {
-        ended = running.to_end() => ended,
+        ended = running.watch() => ended,
         () = interrupted => Err(CliError::Interrupted),
     };
     let (report, cleaned) = running.finish(ended).await;

@@ -24,17 +24,17 @@ pub(crate) struct Sample {
 /// Samples of one process over time.
 #[derive(Debug)]
 pub(crate) struct Gauge {
-    pid: String,
+    pid: u32,
     every: u32,
     turn: u32,
     samples: Vec<Sample>,
 }
 
 impl Gauge {
-    /// Of a process by its number, or of this one (`self`).
-    pub(crate) fn of(pid: impl ToString) -> Self {
+    /// Of a process by its number.
+    pub(crate) const fn of(pid: u32) -> Self {
         Self {
-            pid: pid.to_string(),
+            pid,
             every: 1,
             turn: 0,
             samples: Vec::new(),
@@ -131,7 +131,7 @@ mod tests {
 
     #[test]
     fn this_process_has_memory_and_files() {
-        let mut gauge = Gauge::of("self");
+        let mut gauge = Gauge::of(std::process::id());
         for _ in 0..3 {
             gauge.take();
         }
@@ -143,7 +143,7 @@ mod tests {
 
     #[test]
     fn samples_thin_out() {
-        let mut gauge = Gauge::of("self");
+        let mut gauge = Gauge::of(std::process::id());
         let now = gauge.now().expect("this process");
         gauge.samples = vec![now; SAMPLES_MAX - 1];
         gauge.take();

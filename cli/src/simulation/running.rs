@@ -110,7 +110,7 @@ impl Running {
         refuse_company(&api).await?;
         let bundle = work::scene(folder)?;
         let coordinator = own.as_ref().map(|own| Gauge::of(own.pid));
-        let simulator = Gauge::of("self");
+        let simulator = Gauge::of(std::process::id());
         let (known, job) = watch::channel(None);
         let config = CrowdConfig {
             coordinator_url: url,
@@ -159,7 +159,7 @@ impl Running {
     }
 
     /// Look on until the job ends or the time is up.
-    pub(crate) async fn to_end(&mut self) -> Result<EndOfWork, CliError> {
+    pub(crate) async fn watch(&mut self) -> Result<EndOfWork, CliError> {
         let mut counted = None;
         let mut silent = 0;
         loop {
@@ -274,7 +274,7 @@ impl About {
             finish_s: finish_s(&job, last_counted),
             efficiency: job.core_s / (threads * work_s.max(1e-3)),
             simulator_cpu_s,
-            simulator_rss_max_bytes: Gauge::of("self").rss_max_bytes(),
+            simulator_rss_max_bytes: Gauge::of(std::process::id()).rss_max_bytes(),
             others_cpu_s: (machine_cpu_s - simulator_cpu_s - coordinator_cpu_s).max(0.0),
             cut_short: end.cut_short,
         };
