@@ -8,7 +8,8 @@ use crate::commands::{
 };
 use crate::exit::{self, CliError};
 use crate::frames::{self, FrameRange};
-use crate::{logging, output, video};
+use crate::logging::{self, LogFormat};
+use crate::{output, video};
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use shearwater_shared::api::{JobView, SettingsOverride};
 use shearwater_shared::limits;
@@ -64,6 +65,16 @@ pub(crate) struct Global {
     /// Log more on standard error; twice for everything
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub(crate) verbose: u8,
+    /// How the log on standard error looks
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        default_value_t,
+        value_name = "FORMAT",
+        env = "SHEARWATER_LOG_FORMAT"
+    )]
+    pub(crate) log_format: LogFormat,
 }
 
 /// What to do.

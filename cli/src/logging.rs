@@ -1,5 +1,6 @@
 //! Logs, on standard error.
 
+use clap::ValueEnum;
 use std::io::IsTerminal;
 use tracing_subscriber::EnvFilter;
 
@@ -14,8 +15,18 @@ pub(crate) enum Kind {
     Crowd,
 }
 
-/// Start logging. `RUST_LOG` overrides everything.
-pub(crate) fn start(verbose: u8, kind: Kind) {
+/// How a line of the log looks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LogFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// One JSON object in a line, for programs.
+    Json,
+}
+
+/// Start logging. `RUST_LOG` overrides everything but the format.
+pub(crate) fn start(verbose: u8, kind: Kind, format: LogFormat) {
     let service = kind == Kind::Service;
     let level = match (verbose, service) {
         (0, false) => "warn",
@@ -31,11 +42,22 @@ pub(crate) fn start(verbose: u8, kind: Kind) {
     }
     let filter = EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| EnvFilter::new(format!("warn,{}", directives.join(","))));
-    let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    // Fails only when a log is installed already; then there is nothing to do.
-    let _ = tracing_subscriber::fmt()
+    let log = tracing_subscriber::fmt()
         .with_env_filter(filter)
-        .with_ansi(colour)
-        .with_writer(std::io::stderr)
-        .try_init();
+        .with_writer(std::io::stderr);
+    // Fails only when a log is installed already; then there is nothing to do.
+    let _ = match format {
+        LogFormat::Text => {
+            let colour = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+            log.with_ansi(colour).try_init()
+        }
+        // Fields beside level and message; those of what a line belongs to (request, unit)
+        // in the list `spans`, outermost first.
+        LogFormat::Json => log
+            .json()
+            .flatten_event(true)
+            .with_current_span(false)
+            .with_span_list(true)
+            .try_init(),
+    };
 }

@@ -27,7 +27,11 @@ use std::process::ExitCode;
 
 fn main() -> ExitCode {
     let cli = args::Cli::parse();
-    logging::start(cli.global.verbose, cli.command.log_kind());
+    logging::start(
+        cli.global.verbose,
+        cli.command.log_kind(),
+        cli.global.log_format,
+    );
     // The one cryptography of every TLS connection; refused only when it is set already.
     let _ = rustls::crypto::ring::default_provider().install_default();
     let runtime = match tokio::runtime::Runtime::new() {

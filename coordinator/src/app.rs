@@ -2,8 +2,9 @@
 
 use crate::access::{Rates, Tokens};
 use crate::config::{Config, StartError};
+use crate::metrics::{About, Metrics};
 use crate::objects::{Objects, ObjectsUrl};
-use crate::store::{DatabaseUrl, Store, StoreError};
+use crate::store::{DatabaseUrl, Engine, Store, StoreError};
 use crate::trouble::Troubles;
 use crate::webhook::Caller;
 use std::fmt::Write;
@@ -40,6 +41,8 @@ pub(crate) struct App {
     pub(crate) deleted: Notify,
     /// What is broken at the moment.
     pub(crate) troubles: Troubles,
+    /// What was counted and measured.
+    pub(crate) metrics: Metrics,
     /// True once the process is to end.
     pub(crate) stopping: watch::Sender<bool>,
     pub(crate) cpu: Arc<Semaphore>,
@@ -47,6 +50,17 @@ pub(crate) struct App {
     pub(crate) uploads: Semaphore,
     pub(crate) develops: Arc<Semaphore>,
     pub(crate) waiters: Arc<Semaphore>,
+}
+
+/// A queue with a bound.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Places {
+    /// What it is called.
+    pub(crate) name: &'static str,
+    /// How many are in it.
+    pub(crate) used: usize,
+    /// How many may be.
+    pub(crate) most: usize,
 }
 
 /// A computation did not come to its end: it panicked, or the process ends.
@@ -61,8 +75,8 @@ impl App {
         // Workers could not be heard while nobody listened.
         let until_ms = now_ms().saturating_add_unsigned(config.lease_ttl_ms);
         store.prolong_all(until_ms).await?;
-        let threads = std::thread::available_parallelism().map_or(2, usize::from);
         let webhooks = Caller::new(&config)?;
+        let metrics = Metrics::new(&about(&config, &store), &store.measures, &objects.measures);
         Ok(Self {
             tokens: Tokens::new(store.clone()),
             rates: Rates::default(),
@@ -74,8 +88,9 @@ impl App {
             change: watch::Sender::new(0),
             deleted: Notify::new(),
             troubles: Troubles::default(),
+            metrics,
             stopping: watch::Sender::new(false),
-            cpu: Arc::new(Semaphore::new(threads.max(2))),
+            cpu: Arc::new(Semaphore::new(cpu_places())),
             results: Semaphore::new(RESULTS_MAX),
             uploads: Semaphore::new(UPLOADS_MAX),
             develops: Arc::new(Semaphore::new(DEVELOPS_MAX)),
@@ -88,6 +103,30 @@ impl App {
     pub(crate) async fn is_open(&self) -> Result<bool, StoreError> {
         let may_be = self.config.listen.ip().is_loopback() || self.config.allow_public;
         Ok(may_be && !self.tokens.any().await?)
+    }
+
+    /// Its queues, as they are now.
+    pub(crate) fn places(&self) -> [Places; 5] {
+        [
+            ("waiters", &*self.waiters, WAITERS_MAX),
+            ("results", &self.results, RESULTS_MAX),
+            ("uploads", &self.uploads, UPLOADS_MAX),
+            ("develops", &*self.develops, DEVELOPS_MAX),
+            ("computations", &*self.cpu, cpu_places()),
+        ]
+        .map(|(name, places, most)| Places {
+            name,
+            used: most.saturating_sub(places.available_permits()),
+            most,
+        })
+    }
+
+    /// Stores that are folders of this machine.
+    pub(crate) fn folders(&self) -> Vec<(&'static str, &Path)> {
+        let database = self.config.database.is_none();
+        let database = database.then_some(("database", self.config.data_dir.as_path()));
+        let objects = self.objects.folder().map(|folder| ("objects", folder));
+        database.into_iter().chain(objects).collect()
     }
 
     /// Run a computation off the async threads; as many at once as the machine
@@ -122,6 +161,24 @@ impl App {
     pub(crate) fn job_changed(&self) {
         self.change
             .send_modify(|count| *count = count.wrapping_add(1));
+    }
+}
+
+/// Computations at once: one for each thread of the machine, two at least.
+fn cpu_places() -> usize {
+    let threads = std::thread::available_parallelism().map_or(2, usize::from);
+    threads.max(2)
+}
+
+fn about(config: &Config, store: &Store) -> About {
+    let folder = matches!(config.objects, None | Some(ObjectsUrl::Folder(_)));
+    About {
+        build: config.build.clone(),
+        database: match store.engine() {
+            Engine::Sqlite => "sqlite",
+            Engine::Postgres => "postgres",
+        },
+        objects: if folder { "folder" } else { "s3" },
     }
 }
 

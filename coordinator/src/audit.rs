@@ -33,8 +33,12 @@ pub(crate) async fn give_up(app: &App) -> Result<usize, StoreError> {
         }
         if audit.waiting.claimants.len() > 1 {
             let (run, workers) = (audit.run, &audit.waiting.claimants);
-            tracing::error!(job = %audit.job, ?run, ?workers,
-                "ALARM: these workers disagree and no other could be asked; the first result stays");
+            tracing::error!(
+                job = audit.job.0,
+                ?run,
+                ?workers,
+                "ALARM: these workers disagree and no other could be asked; the first result stays"
+            );
         }
         let skipped = app.store.skip_audit(audit.job, &audit.run, now_ms).await?;
         given_up += usize::from(skipped);
@@ -70,8 +74,13 @@ pub(crate) async fn withdraw(app: &App) -> Result<u64, StoreError> {
                 }
             }
             let units = withdrawn.units;
-            tracing::warn!(job = %at.job, frame = at.frame, tile = at.tile, units,
-                "results of a wrong worker are rendered again");
+            tracing::warn!(
+                job = at.job.0,
+                frame = at.frame,
+                tile = at.tile,
+                units,
+                "results of a wrong worker are rendered again"
+            );
         }
     }
     if units > 0 {

@@ -56,6 +56,7 @@ async fn reap(app: Arc<App>) {
         match app.store.expire(now_ms).await {
             Ok(0) => {}
             Ok(ended) => {
+                app.metrics.leases.expired.inc_by(ended as u64);
                 tracing::info!(ended, "leases expired");
                 app.work_came();
             }

@@ -45,11 +45,13 @@ pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispat
         .store
         .lease_audits(instance, &request.build, now_ms, until_ms);
     if let Some((job, claimed)) = audits.await? {
+        app.metrics.leases.audit.inc();
         return lease(app, job, claimed).await;
     }
     let jobs = app.store.live_jobs(&request.build).await?;
     for job in next_job(&jobs) {
         if let Some(claimed) = claim(app, request, job, &present, now_ms).await? {
+            app.metrics.leases.fresh.inc();
             return lease(app, job.id, claimed).await;
         }
     }
@@ -59,8 +61,13 @@ pub(crate) async fn dispatch(app: &App, request: &LeaseRequest) -> Result<Dispat
         .collect();
     for job in jobs.iter().filter(|job| job.units_leased > 0) {
         if let Some(claimed) = reissue(app, request, job.id, &speeds, now_ms).await? {
-            tracing::info!(job = %job.id, worker = request.worker.name, runs = claimed.runs.len(),
-                "handed out once more");
+            app.metrics.leases.reissued.inc();
+            tracing::info!(
+                job = job.id.0,
+                worker = request.worker.name,
+                runs = claimed.runs.len(),
+                "handed out once more"
+            );
             return lease(app, job.id, claimed).await;
         }
     }

@@ -20,11 +20,13 @@ mod dispatch;
 pub mod farm;
 pub mod fold;
 mod gc;
+mod metrics;
 pub mod objects;
 mod serve;
 pub mod store;
 pub mod sweep;
 mod trouble;
+mod unit_log;
 mod webhook;
 
 pub use app::open_token_store;

@@ -97,7 +97,7 @@ async fn finish_deletion(store: &Store, objects: &Objects, job: JobId) -> Result
         }
     }
     store.deletion_done(job).await?;
-    tracing::info!(%job, "nothing is left of the deleted job");
+    tracing::info!(job = job.0, "nothing is left of the deleted job");
     Ok(())
 }
 

@@ -49,6 +49,11 @@ impl Troubles {
         read(&self.database).is_some()
     }
 
+    /// Whether objects cannot be written.
+    pub(crate) fn objects_are_away(&self) -> bool {
+        read(&self.objects).is_some()
+    }
+
     /// What is wrong, for people; `None` when nothing is.
     pub(crate) fn text(&self, now_ms: i64) -> Option<String> {
         let said = [

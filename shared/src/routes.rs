@@ -49,6 +49,8 @@ pub const WORKER_RELEASE: &str = "/v1/worker/release";
 pub const HEALTHZ: &str = "/healthz";
 /// Store and objects answer: `GET`.
 pub const READYZ: &str = "/readyz";
+/// What was counted and measured, for Prometheus: `GET`.
+pub const METRICS: &str = "/metrics";
 /// The API as an OpenAPI document: `GET`.
 pub const OPENAPI: &str = "/openapi.json";
 /// The API as a page for people: `GET`.

@@ -7,6 +7,7 @@ use crate::phase::{Phase, sleep_unless};
 use crate::render::{Queue, Task};
 use crate::retry::{Ended, until_answered};
 use crate::scenes::{SceneFailure, Scenes};
+use crate::unit_log;
 use crate::upload::{Failed, Uplink};
 use shearwater_shared::api::{FailureKind, Lease, LeaseRequest};
 use shearwater_shared::plan::{Plan, Run};
@@ -97,10 +98,12 @@ impl Leasing {
             return true;
         }
         let (id, job, runs) = (lease.id, lease.job, lease.runs.len());
-        tracing::debug!(id, job = job.0, runs, "lease");
         let heartbeat = Duration::from_millis(lease.heartbeat_ms);
         let held = Arc::new(HeldLease::new(id, job, heartbeat, runs));
         self.uplink.held.insert(held.clone());
+        for run in &lease.runs {
+            unit_log::span(&held, run).in_scope(|| tracing::debug!("leased"));
+        }
         match self.queue_runs(lease, &held).await {
             Ok(()) => true,
             Err(SceneFailure::Stopped) => false,

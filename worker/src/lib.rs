@@ -24,6 +24,7 @@ mod scenes;
 pub mod simulate;
 mod speed;
 mod traffic;
+mod unit_log;
 mod upload;
 
 pub use config::Config;
@@ -105,6 +106,8 @@ pub async fn run(
     tracing::info!(
         coordinator = config.coordinator_url,
         threads = config.threads,
+        name = worker.name,
+        worker = worker.instance,
         "worker starts"
     );
     let ended = tokio::select! {

@@ -4,6 +4,7 @@ use crate::cpu_time::thread_cpu_seconds;
 use crate::held::HeldLease;
 use crate::scenes::panic_text;
 use crate::speed::Meter;
+use crate::unit_log;
 use crate::upload::{Outcome, Settled};
 use shearwater_shared::film::TileSums;
 use shearwater_shared::plan::{Run, TileRect};
@@ -147,6 +148,9 @@ fn render(task: &Task, meter: &Meter, origin: &Origin) -> Outcome {
         Ok(Some(sums)) => {
             let per_pixel = 2 * u64::from(task.samples.end - task.samples.start);
             meter.rendered(task.rect.pixels() as u64 * per_pixel, seconds);
+            let (ms, core_ms) = (seconds * 1e3, core_seconds * 1e3);
+            unit_log::span(&task.lease, &task.run)
+                .in_scope(|| tracing::debug!(ms, core_ms, "rendered"));
             encode(task, origin, core_seconds, sums)
         }
     }

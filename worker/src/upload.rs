@@ -5,12 +5,14 @@ use crate::held::{Held, HeldLease};
 use crate::phase::{Phase, PhaseRx};
 use crate::retry::{Ended, until_answered};
 use crate::speed::Meter;
+use crate::unit_log;
 use shearwater_shared::api::{FailureKind, FailureReport, WorkerId};
 use shearwater_shared::plan::Run;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
+use tracing::Instrument;
 
 /// Uploads under way at once: hides the coordinator's write and the line's
 /// round trip without opening many connections.
@@ -80,7 +82,8 @@ pub(crate) async fn upload_all(uplink: Uplink, mut finished: mpsc::Receiver<Sett
             uploads.join_next().await;
         }
         let uplink = uplink.clone();
-        uploads.spawn(async move { uplink.settle(settled).await });
+        let span = unit_log::span(&settled.lease, &settled.run);
+        uploads.spawn(async move { uplink.settle(settled).await }.instrument(span));
     }
     while uploads.join_next().await.is_some() {}
 }
@@ -121,13 +124,16 @@ impl Uplink {
             }
         };
         match until_answered(&self.phase, Phase::Stopped, "result", send).await {
-            Ok(answer) => self.meter.count(|summary| {
-                summary.runs += 1;
-                summary.duplicates += u64::from(answer.duplicate);
-            }),
+            Ok(answer) => {
+                tracing::debug!(duplicate = answer.duplicate, "delivered");
+                self.meter.count(|summary| {
+                    summary.runs += 1;
+                    summary.duplicates += u64::from(answer.duplicate);
+                });
+            }
             Err(Ended::Refused(problem)) => {
-                let (job, detail) = (lease.job.0, problem.detail);
-                tracing::warn!(job, ?run, detail, "result is not wanted");
+                let detail = problem.detail;
+                tracing::warn!(detail, "result is not wanted");
                 self.meter.count(|summary| summary.refused += 1);
                 if !SETTLED_KINDS
                     .iter()
@@ -170,11 +176,11 @@ impl Uplink {
 
     /// Send it until it is heard or the worker reaches `end`.
     pub(crate) async fn send_failure(&self, report: &FailureReport, end: Phase) -> bool {
-        let (job, reason) = (report.job.0, &report.reason);
+        let (job, lease, reason) = (report.job.0, report.lease, &report.reason);
         // A wrong scene is told to its user by the job; nothing is wrong here.
         match report.kind {
-            FailureKind::Scene => tracing::info!(job, reason, "the scene is wrong"),
-            FailureKind::Worker => tracing::error!(job, reason, "cannot render"),
+            FailureKind::Scene => tracing::info!(job, lease, reason, "the scene is wrong"),
+            FailureKind::Worker => tracing::error!(job, lease, reason, "cannot render"),
         }
         self.meter.count(|summary| summary.failures += 1);
         let send = || self.client.failure(report);

@@ -111,6 +111,7 @@ mod tests {
             (Method::POST, routes::WORKER_HEARTBEAT, Need::Worker),
             (Method::POST, routes::WORKER_FAILURES, Need::Worker),
             (Method::POST, routes::WORKER_RELEASE, Need::Worker),
+            (Method::GET, routes::METRICS, Need::Client),
             (Method::GET, "/anything/else", Need::Client),
             (Method::GET, "", Need::Client),
         ];

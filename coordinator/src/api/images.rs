@@ -100,6 +100,7 @@ pub(crate) async fn png(
         return Ok(unchanged(&tag));
     }
     let permit = developing(&app).await?;
+    let _timed = app.metrics.pictures.developing_png();
     let picture = fold::picture(&app, &job, frame, Planes::Beauty).await?;
     let bytes = app
         .compute(move || {
@@ -150,6 +151,7 @@ pub(crate) async fn exr(
         return Ok(unchanged(&tag));
     }
     let permit = developing(&app).await?;
+    let _timed = app.metrics.pictures.developing_exr();
     let picture = fold::picture(&app, &job, frame, Planes::All).await?;
     let attributes = ExrAttributes {
         software: concat!("Shearwater ", env!("CARGO_PKG_VERSION")).to_owned(),

@@ -129,7 +129,7 @@ pub(crate) async fn cancel(
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     if app.store.cancel(id, now_ms()).await? {
-        tracing::info!(job = %id, "cancelled");
+        tracing::info!(job = id.0, "cancelled");
         app.job_changed();
     }
     let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
@@ -153,7 +153,7 @@ pub(crate) async fn delete(
     if !app.store.delete_job(id).await? {
         return Err(no_job(id));
     }
-    tracing::info!(job = %id, "deleted");
+    tracing::info!(job = id.0, "deleted");
     app.job_changed();
     app.deleted.notify_one();
     Ok(StatusCode::NO_CONTENT)

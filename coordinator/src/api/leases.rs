@@ -7,6 +7,7 @@ use crate::app::{App, now_ms};
 use crate::dispatch::{Dispatch, dispatch};
 use crate::farm::{QUARANTINE_MS, should_quarantine, unit_is_poison};
 use crate::store::WorkerRow;
+use crate::unit_log;
 use axum::Json;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -51,6 +52,7 @@ pub(crate) async fn lease(
     State(app): State<Arc<App>>,
     JsonBody(mut request): JsonBody<LeaseRequest>,
 ) -> Result<Response, ApiError> {
+    let asked = Instant::now();
     check_worker(&request.worker)?;
     check_build(&app, &request)?;
     request.threads = request.threads.clamp(1, THREADS_MAX);
@@ -79,7 +81,11 @@ pub(crate) async fn lease(
     loop {
         work.borrow_and_update();
         match dispatch(&app, &request).await? {
-            Dispatch::Lease(lease) => return Ok(Json(*lease).into_response()),
+            Dispatch::Lease(lease) => {
+                app.metrics.leases.waited(asked.elapsed());
+                unit_log::leased(&lease, &request.worker);
+                return Ok(Json(*lease).into_response());
+            }
             Dispatch::Quarantined(until_ms, reason) => {
                 let seconds = (until_ms - now_ms()).max(0) / 1000;
                 return Err(ApiError::Quarantined(seconds, reason));
@@ -202,19 +208,20 @@ pub(crate) async fn failure(
         .job_rev(report.job)
         .await?
         .ok_or_else(|| no_job(report.job))?;
+    app.metrics.leases.failed.inc();
     // PostgreSQL stores no text with a NUL.
     let said = report.reason.chars().filter(|&c| c != '\0');
     let reason: String = said.take(REASON_CHARS_MAX).collect();
     let worker = &report.worker.name;
     if report.kind == FailureKind::Scene {
-        tracing::info!(job = %report.job, worker, reason, "the scene is wrong");
+        tracing::info!(job = report.job.0, worker, reason, "the scene is wrong");
         app.store
             .fail_job(report.job, Some(report.kind), &reason, now_ms())
             .await?;
         app.job_changed();
         return Ok(StatusCode::NO_CONTENT);
     }
-    tracing::warn!(job = %report.job, worker, reason, "a worker failed");
+    tracing::warn!(job = report.job.0, worker, reason, "a worker failed");
     let (failures, streak) = app
         .store
         .record_failure(report.job, report.lease, &runs, instance, &reason, now_ms())
@@ -271,7 +278,8 @@ pub(crate) async fn release(
     check_leases(&request.leases)?;
     for &id in &request.leases {
         let instance = &request.worker.instance;
-        app.store.release(instance, id, now_ms()).await?;
+        let released = app.store.release(instance, id, now_ms()).await?;
+        app.metrics.leases.released.inc_by(released.into());
     }
     app.work_came();
     Ok(StatusCode::NO_CONTENT)

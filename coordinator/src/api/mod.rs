@@ -20,16 +20,19 @@ mod jobs;
 mod kinds;
 mod leases;
 mod log;
+mod metrics;
 mod openapi;
 mod pace;
 mod page;
 mod problem;
+mod request_id;
 mod results;
 mod samples;
 mod settings;
 mod steer;
 mod submit;
 mod view;
+mod watched;
 mod workers;
 
 pub(crate) use problem::ApiError;
@@ -47,6 +50,7 @@ use std::sync::Arc;
 use tower_http::catch_panic::CatchPanicLayer;
 use utoipa_axum::router::OpenApiRouter;
 use utoipa_axum::routes;
+use watched::{Watched, watched};
 
 /// Every route, and the document that describes them all.
 ///
@@ -64,6 +68,7 @@ pub(crate) fn router(app: Arc<App>) -> Result<Router, serde_json::Error> {
         .layer(Extension(docs::config()))
         .layer(from_fn_with_state(Arc::clone(&app), guard))
         .layer(CatchPanicLayer::custom(problem::panicked))
+        .layer(from_fn_with_state(Watched::new(&app), watched))
         .layer(from_fn_with_state(Arc::clone(&app), suspect_stores))
         .with_state(app))
 }
@@ -94,6 +99,7 @@ fn described() -> OpenApiRouter<Arc<App>> {
         .routes(routes!(leases::release))
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))
+        .routes(routes!(metrics::metrics))
         .routes(routes!(openapi::document))
         .routes(routes!(docs::page))
 }

@@ -109,6 +109,11 @@ pub(crate) enum ApiError {
 }
 
 impl ApiError {
+    /// Whether it is this side's: the same request may succeed later.
+    pub(crate) const fn is_ours(&self) -> bool {
+        self.kind().status() >= 500
+    }
+
     /// The kind of error: status, type and title.
     const fn kind(&self) -> Kind {
         match self {

@@ -10,6 +10,7 @@ use super::problem::ApiError;
 use crate::app::{App, now_ms};
 use crate::farm::{QUARANTINE_MS, bad_samples_reason, is_audited, too_many_bad};
 use crate::store::{CommitOutcome, JobRow, PartRecord};
+use crate::unit_log;
 use axum::Json;
 use axum::body::Body;
 use axum::extract::State;
@@ -21,6 +22,7 @@ use shearwater_shared::limits::{NAME_BYTES_MAX, RUN_SAMPLES_PER_HALF_MAX};
 use shearwater_shared::routes;
 use shearwater_shared::wire::{self, MESSAGE_BYTES_MAX, PartUpload, WireError};
 use std::sync::Arc;
+use tracing::Instrument;
 
 /// Most microseconds of cores that a run may name: two weeks, far above any run,
 /// and small enough that eight million of them fit into 63 bits.
@@ -43,8 +45,20 @@ pub(crate) async fn result(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Json<ResultResponse>, ApiError> {
+    let answer = take(app.clone(), headers, body).await;
+    let duplicate = answer.as_ref().map(|answer| answer.duplicate);
+    app.metrics.results.answered(duplicate);
+    answer
+}
+
+async fn take(
+    app: Arc<App>,
+    headers: HeaderMap,
+    body: Body,
+) -> Result<Json<ResultResponse>, ApiError> {
     let _permit = app.results.acquire().await.map_err(|_| ApiError::Busy)?;
     let body = read_body(&headers, body, wire::CONTENT_TYPE, MESSAGE_BYTES_MAX).await?;
+    let _timed = app.metrics.results.received(body.len());
     let upload = app
         .compute(move || wire::decode_part(&body))
         .await?
@@ -56,7 +70,8 @@ pub(crate) async fn result(
     check(&job, &upload)?;
     // A client that goes away must not stop this between object and row.
     let counting = Arc::clone(&app);
-    let task = tokio::spawn(async move { count(&counting, &job, upload).await });
+    let span = unit_log::span(&upload);
+    let task = tokio::spawn(async move { count(&counting, &job, upload).await }.instrument(span));
     task.await.map_err(|e| ApiError::Internal(e.to_string()))?
 }
 
@@ -175,7 +190,7 @@ async fn count(
     };
     for bad in &upload.sums.bad.listed {
         let frame = job.settings.absolute_frame(part.run.frame);
-        tracing::warn!(job = %part.job, frame, ?bad, "bad sample");
+        tracing::warn!(job = part.job.0, frame, ?bad, "bad sample");
     }
     let outcome = match app.store.counted_before(&part, now_ms()).await? {
         Some(outcome) => outcome,
@@ -188,6 +203,7 @@ async fn count(
             outcome
         }
     };
+    tracing::debug!(?outcome, samples = part.samples, "result");
     answer(app, &part, outcome).await
 }
 
@@ -198,6 +214,7 @@ async fn answer(
 ) -> Result<Json<ResultResponse>, ApiError> {
     match outcome {
         CommitOutcome::Counted => {
+            app.metrics.results.counted(part);
             if part.bad_samples > 0 {
                 fail_if_too_bad(app, part.job, part.run.frame).await?;
             }
@@ -215,7 +232,7 @@ async fn answer(
             Ok(Json(ResultResponse { duplicate: true }))
         }
         CommitOutcome::Unequal { first_worker } => {
-            tracing::error!(job = %part.job, run = ?part.run, worker = part.worker, first_worker,
+            tracing::error!(job = part.job.0, run = ?part.run, worker = part.worker, first_worker,
                 "ALARM: two workers delivered different sums for one run; the first are kept until a third has it");
             app.work_came();
             Err(ApiError::Unequal)

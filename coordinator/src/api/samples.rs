@@ -70,7 +70,7 @@ pub(crate) async fn add(
         }
         let new = extended(&row.settings, &asked).map_err(|e| ApiError::Invalid(e.to_string()))?;
         if app.store.extend(&row, &new, key.as_ref(), now_ms()).await? {
-            tracing::info!(job = %id, samples = new.samples, "samples added");
+            tracing::info!(job = id.0, samples = new.samples, "samples added");
             app.work_came();
             let row = app.store.job(id).await?.ok_or_else(|| no_job(id))?;
             return Ok(Json(job_view(&app, row).await?));

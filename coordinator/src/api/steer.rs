@@ -29,7 +29,7 @@ pub(crate) async fn pause(
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     if app.store.pause(id, now_ms()).await? {
-        tracing::info!(job = %id, "paused");
+        tracing::info!(job = id.0, "paused");
         app.job_changed();
     }
     view(&app, id).await
@@ -49,7 +49,7 @@ pub(crate) async fn resume(
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     if app.store.resume(id, now_ms()).await? {
-        tracing::info!(job = %id, "resumed");
+        tracing::info!(job = id.0, "resumed");
         app.work_came();
     }
     view(&app, id).await
@@ -70,7 +70,7 @@ pub(crate) async fn retry(
 ) -> Result<Json<JobView>, ApiError> {
     let id = job_id(&id)?;
     if app.store.retry(id, now_ms()).await? {
-        tracing::info!(job = %id, "tried again");
+        tracing::info!(job = id.0, "tried again");
         audit::withdraw(&app).await?;
         app.work_came();
     } else {
@@ -110,7 +110,7 @@ pub(crate) async fn change(
         .ok_or_else(|| ApiError::Invalid("nothing to change: name a priority".into()))?;
     check_priority(priority)?;
     if app.store.set_priority(id, priority, now_ms()).await? {
-        tracing::info!(job = %id, priority, "priority changed");
+        tracing::info!(job = id.0, priority, "priority changed");
         app.work_came();
     }
     view(&app, id).await

@@ -99,7 +99,7 @@ pub(crate) async fn submit(
         }
     };
     if status == StatusCode::CREATED {
-        tracing::info!(job = %id, name = new.name, "job submitted");
+        tracing::info!(job = id.0, name = new.name, "job submitted");
         app.work_came();
     }
     created(&app, id, status).await

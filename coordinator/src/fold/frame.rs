@@ -76,8 +76,9 @@ pub(super) async fn finish(app: &App, job: JobId, frame: u32) -> Result<bool, Fo
         .finish_frame(job, frame, &end, last.as_ref(), now_ms())
         .await?;
     if first {
+        app.metrics.pictures.frames.inc();
         let frame = row.settings.absolute_frame(frame);
-        tracing::info!(%job, frame, film_hash = %hash, "frame is complete");
+        tracing::info!(job = job.0, frame, film_hash = %hash, "frame is complete");
     }
     Ok(first)
 }

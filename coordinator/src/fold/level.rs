@@ -76,7 +76,13 @@ pub(super) async fn next(app: &App, job: &JobRow, frame: u32) -> Result<Next, Fo
         return Ok(Next::Nothing);
     }
     let (job, frame) = (job.id, job.settings.absolute_frame(frame));
-    tracing::info!(%job, frame, pass = next.pass + 1, tiles = next.runs.len(), "tiles go on");
+    tracing::info!(
+        job = job.0,
+        frame,
+        pass = next.pass + 1,
+        tiles = next.runs.len(),
+        "tiles go on"
+    );
     app.work_came();
     Ok(Next::Pass)
 }

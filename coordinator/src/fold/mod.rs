@@ -49,7 +49,7 @@ pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
     for (job, frame) in frames {
         // Without its row a frame is only less well told of.
         if let Err(error) = series::record(app, job, frame).await {
-            tracing::warn!(%job, frame, %error, "error against time");
+            tracing::warn!(job = job.0, frame, %error, "error against time");
         }
     }
     // What this gives up is finished now, not a second later.
@@ -84,6 +84,7 @@ impl Tally {
 }
 
 async fn fold_or_fail(app: &App, at: FrameTile) -> Result<bool, FoldError> {
+    let _timed = app.metrics.pictures.folding();
     match tile::fold(app, &at).await {
         Ok(done) => Ok(done),
         Err(error) => lost(app, at.job, error).await,
@@ -96,7 +97,7 @@ async fn lost(app: &App, job: JobId, error: FoldError) -> Result<bool, FoldError
     if !error.is_permanent() {
         return Err(error);
     }
-    tracing::error!(%job, %error, "stored data of the job are lost");
+    tracing::error!(job = job.0, %error, "stored data of the job are lost");
     let reason = format!("{error}; submit the job again");
     app.store
         .fail_job(job, None, &reason, crate::app::now_ms())

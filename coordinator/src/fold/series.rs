@@ -29,8 +29,12 @@ pub(super) async fn record(app: &App, job: JobId, frame: u32) -> Result<(), Fold
     };
     if let Some(error) = estimate(app, job, frame).await? {
         if error.detail.is_some_and(|detail| detail.repeated_tiles > 0) {
-            tracing::error!(%job, frame, "ALARM: halves of a tile are equal bit for bit: a repeated \
-                seed, and its error is unknown");
+            tracing::error!(
+                job = job.0,
+                frame,
+                "ALARM: halves of a tile are equal bit for bit: a repeated \
+                seed, and its error is unknown"
+            );
         }
         app.store.add_error(job, &row(frame, folded, error)).await?;
     }

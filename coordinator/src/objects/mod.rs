@@ -11,6 +11,7 @@ mod url;
 pub use upload::Upload;
 pub use url::{ObjectsUrl, ObjectsUrlError};
 
+use crate::metrics::{ObjectMeasures, Operation};
 use axum::body::Bytes;
 use futures_util::stream::{BoxStream, StreamExt, TryStreamExt};
 use object_store::path::Path;
@@ -61,6 +62,7 @@ pub struct Objects {
     /// Random enough for one process: time and process number.
     process: u64,
     serial: Arc<AtomicU64>,
+    pub(crate) measures: ObjectMeasures,
 }
 
 impl Objects {
@@ -84,6 +86,7 @@ impl Objects {
             folder,
             process: u64::from_le_bytes(process),
             serial: Arc::new(AtomicU64::new(0)),
+            measures: ObjectMeasures::default(),
         }
     }
 
@@ -138,6 +141,7 @@ impl Objects {
     /// The store failed, or the name is taken by other content.
     pub async fn put(&self, name: &str, bytes: Vec<u8>) -> Result<(), ObjectError> {
         let bytes = Bytes::from(bytes);
+        let _timed = self.measures.operation(Operation::Put);
         let options = PutOptions::from(PutMode::Create);
         let payload = PutPayload::from_bytes(bytes.clone());
         let path = Path::from(name);
@@ -145,7 +149,7 @@ impl Objects {
             Ok(_) => Ok(()),
             // A repetition of our own, whose first answer was lost on the way.
             Err(Error::AlreadyExists { .. }) if self.get(name).await? == bytes => Ok(()),
-            Err(source) => Err(failed(name, source)),
+            Err(source) => Err(self.failed(name, source)),
         }
     }
 
@@ -154,11 +158,11 @@ impl Objects {
     /// # Errors
     /// The store failed, or there is no such object.
     pub async fn get(&self, name: &str) -> Result<Bytes, ObjectError> {
-        self.open(name)
-            .await?
-            .bytes()
-            .await
-            .map_err(|source| failed(name, source))
+        let _timed = self.measures.operation(Operation::Get);
+        let opened = self.store.get(&Path::from(name)).await;
+        let opened = opened.map_err(|source| self.failed(name, source))?;
+        let bytes = opened.bytes().await;
+        bytes.map_err(|source| self.failed(name, source))
     }
 
     /// An object to be read in pieces.
@@ -166,10 +170,7 @@ impl Objects {
     /// # Errors
     /// The store failed, or there is no such object.
     pub async fn open(&self, name: &str) -> Result<GetResult, ObjectError> {
-        self.store
-            .get(&Path::from(name))
-            .await
-            .map_err(|source| failed(name, source))
+        self.open_range(name, None).await
     }
 
     /// An object, or a range of its bytes, to be read in pieces.
@@ -185,10 +186,9 @@ impl Objects {
             range: range.map(GetRange::Bounded),
             ..GetOptions::default()
         };
-        self.store
-            .get_opts(&Path::from(name), options)
-            .await
-            .map_err(|source| failed(name, source))
+        let _timed = self.measures.operation(Operation::Open);
+        let opened = self.store.get_opts(&Path::from(name), options).await;
+        opened.map_err(|source| self.failed(name, source))
     }
 
     /// The length of an object; `None` when there is no such object.
@@ -199,7 +199,7 @@ impl Objects {
         match self.store.head(&Path::from(name)).await {
             Ok(meta) => Ok(Some(meta.size)),
             Err(Error::NotFound { .. }) => Ok(None),
-            Err(source) => Err(failed(name, source)),
+            Err(source) => Err(self.failed(name, source)),
         }
     }
 
@@ -208,10 +208,24 @@ impl Objects {
     /// # Errors
     /// The store failed.
     pub async fn delete(&self, name: &str) -> Result<(), ObjectError> {
+        let _timed = self.measures.operation(Operation::Delete);
         match self.store.delete(&Path::from(name)).await {
             Ok(()) | Err(Error::NotFound { .. }) => Ok(()),
-            Err(source) => Err(failed(name, source)),
+            Err(source) => Err(self.failed(name, source)),
         }
+    }
+
+    /// The folder they are in, if it is one of this machine.
+    pub(crate) fn folder(&self) -> Option<&std::path::Path> {
+        self.folder.as_deref()
+    }
+
+    /// An operation failed; that there is no such object may be the answer.
+    fn failed(&self, name: &str, source: Error) -> ObjectError {
+        if !matches!(source, Error::NotFound { .. }) {
+            self.measures.failed();
+        }
+        failed(name, source)
     }
 
     /// Objects below a prefix, in no order.

@@ -66,13 +66,13 @@ impl Upload {
             none => {
                 let path = Path::from(&*self.name);
                 let begun = self.objects.store.put_multipart(&path).await;
-                none.insert(begun.map_err(|e| failed(&self.name, e))?)
+                none.insert(begun.map_err(|e| self.objects.failed(&self.name, e))?)
             }
         };
         let payload = std::mem::take(&mut self.waiting);
         self.waiting_bytes = 0;
         let put = parts.put_part(PutPayload::from_iter(payload)).await;
-        put.map_err(|e| failed(&self.name, e))
+        put.map_err(|e| self.objects.failed(&self.name, e))
     }
 
     /// Make the object visible, durably, in the place of one of the same name.
@@ -91,7 +91,8 @@ impl Upload {
                 self.objects.store.put(&name, payload).await
             }
         };
-        done.map(|_| ()).map_err(|e| failed(&self.name, e))
+        done.map(|_| ())
+            .map_err(|e| self.objects.failed(&self.name, e))
     }
 
     /// Give it up.

@@ -13,6 +13,7 @@ use super::order::lock_job;
 use super::rows::{count, hash, int, json, small, text};
 use super::submit::next_id;
 use crate::farm::{AuditVerdict, Claim, WaitingAudit, judge};
+use crate::metrics::Audited;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -178,6 +179,7 @@ impl Store {
         let skipped = skip(&mut tx, job, run, now_ms).await?;
         if skipped {
             tx.commit().await.attempt("commit end of audit")?;
+            self.measures.audited(Audited::Skipped);
         }
         Ok(skipped)
     }
@@ -294,16 +296,16 @@ async fn open(
 }
 
 /// Take a repetition of a counted run as a claim, if it was leased to who delivers it.
-/// Unequal bits open an audit where there was none.
+/// Unequal bits open an audit where there was none. How the audit ended, if it did.
 pub(super) async fn claim(
     tx: &mut Transaction<'static, Any>,
     part: &PartRecord,
     counted: &Claim,
     now_ms: i64,
-) -> Result<(), StoreError> {
+) -> Result<Option<Audited>, StoreError> {
     let unequal = counted.sums_hash != part.sums_hash;
     if counted.worker == part.worker || !was_leased(tx, part).await? {
-        return Ok(());
+        return Ok(None);
     }
     lock_job(tx, part.job).await?;
     if unequal {
@@ -320,10 +322,10 @@ pub(super) async fn claim(
     .fetch_optional(&mut **tx)
     .await
     .attempt("read audit")?;
-    let Some(row) = row else { return Ok(()) };
+    let Some(row) = row else { return Ok(None) };
     let mut others = claims(&row)?;
     if others.iter().any(|other| other.worker == part.worker) {
-        return Ok(());
+        return Ok(None);
     }
     others.push(Claim {
         worker: part.worker.clone(),
@@ -332,7 +334,7 @@ pub(super) async fn claim(
     let mut all = vec![counted.clone()];
     all.extend(others.iter().cloned());
     let lease = int(&row, "lease")?;
-    match judge(&all) {
+    let ended = match judge(&all) {
         AuditVerdict::Ask => {
             let again = at_run(
                 "UPDATE audit SET claims = $6, lease = CASE WHEN lease = $7 THEN 0 ELSE lease END \
@@ -344,22 +346,27 @@ pub(super) async fn claim(
             let asked = again.execute(&mut **tx).await;
             asked.attempt("ask another")?;
             log_claim(tx, part, LogKind::AuditUnequal, None, now_ms).await?;
+            None
         }
         AuditVerdict::Equal => {
             settle(tx, part, COUNT_EQUAL).await?;
             log_claim(tx, part, LogKind::AuditEqual, None, now_ms).await?;
+            Some(Audited::Equal)
         }
         AuditVerdict::Wrong(workers) => {
             settle(tx, part, COUNT_UNEQUAL).await?;
             for worker in &workers {
                 distrust(tx, part, worker, all.len() - workers.len(), now_ms).await?;
             }
+            Some(Audited::Unequal)
         }
         AuditVerdict::Nobody => {
             skip(tx, part.job, &part.run, now_ms).await?;
+            Some(Audited::Skipped)
         }
-    }
-    end_audit_lease(tx, if lease == part.lease { lease } else { 0 }).await
+    };
+    end_audit_lease(tx, if lease == part.lease { lease } else { 0 }).await?;
+    Ok(ended)
 }
 
 /// Whether the run was leased to the worker that delivers it: nobody else's word counts.

@@ -7,6 +7,7 @@ use super::rows::{big, runs_text, small};
 use super::submit::next_id;
 use super::time_up::withhold;
 use crate::farm::Unit;
+use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -76,6 +77,7 @@ impl Store {
         now_ms: i64,
         until_ms: i64,
     ) -> Result<Option<Claimed>, StoreError> {
+        let _timed = self.measures.transaction(Kind::Claim);
         let mut tx = self.begin().await?;
         let mut ready = ready_units(&mut tx, self.engine, query).await?;
         // Units may be withheld from this worker: what was made counts as well.
@@ -142,6 +144,7 @@ impl Store {
         now_ms: i64,
         until_ms: i64,
     ) -> Result<Option<Claimed>, StoreError> {
+        let _timed = self.measures.transaction(Kind::Claim);
         // In a transaction of its own: the units come first below.
         let mut tx = self.begin().await?;
         let id = next_id(&mut tx, "lease").await?;

@@ -5,6 +5,7 @@ use super::error::{Attempt, StoreError};
 use super::log::{Event, log};
 use super::open::Store;
 use super::rows::{big, count, int, json, small, text};
+use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
@@ -78,6 +79,7 @@ impl Store {
         part: &PartRecord,
         now_ms: i64,
     ) -> Result<CommitOutcome, StoreError> {
+        let _timed = self.measures.transaction(Kind::Commit);
         let mut tx = self.begin().await?;
         let marked = for_run(
             sqlx::query(
@@ -175,8 +177,9 @@ impl Store {
             if !equal {
                 count_unequal(&mut tx, part.job).await?;
             }
-            audits::claim(&mut tx, part, &counted, now_ms).await?;
+            let audited = audits::claim(&mut tx, part, &counted, now_ms).await?;
             tx.commit().await.attempt("commit comparison")?;
+            audited.inspect(|&end| self.measures.audited(end));
             return Ok(if equal {
                 CommitOutcome::Duplicate
             } else {

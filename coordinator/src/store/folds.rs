@@ -5,6 +5,7 @@ use super::errors::brightness_text;
 use super::open::Store;
 use super::order::lock_job;
 use super::rows::{big, int, optional_text, small, text};
+use crate::metrics::Transaction as Kind;
 use shearwater_shared::film::{Brightness, TileError};
 use shearwater_shared::job::JobId;
 
@@ -168,6 +169,7 @@ impl Store {
     /// # Errors
     /// The database failed; the tile is as before.
     pub async fn swap_film(&self, fold: &FoldTask) -> Result<bool, StoreError> {
+        let _timed = self.measures.transaction(Kind::Fold);
         let mut tx = self.begin().await?;
         if !lock_job(&mut tx, fold.at.job).await? {
             return Ok(false);

@@ -5,6 +5,7 @@ use super::log::{Event, log};
 use super::open::Store;
 use super::order::lock_job;
 use super::rows::{count, int, json, text};
+use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
@@ -46,6 +47,7 @@ impl Store {
         ids: &[i64],
         until_ms: i64,
     ) -> Result<(), StoreError> {
+        let _timed = self.measures.transaction(Kind::Heartbeat);
         let mut tx = self.begin().await?;
         for id in ids {
             sqlx::query(
@@ -252,6 +254,7 @@ impl Store {
         worker: Option<&str>,
         now_ms: i64,
     ) -> Result<bool, StoreError> {
+        let _timed = self.measures.transaction(Kind::EndLease);
         let mut tx = self.begin().await?;
         let row = sqlx::query("SELECT job, worker, runs FROM lease WHERE id = $1 AND closed = 0")
             .bind(id)

@@ -9,6 +9,7 @@
 mod asset_use;
 mod assets;
 mod audits;
+mod census;
 mod claim;
 mod commit;
 mod delete;
@@ -39,6 +40,7 @@ mod workers;
 
 pub use asset_use::COUNTED_TABLES;
 pub use audits::HoldingAudit;
+pub use census::Census;
 pub use claim::{Claimed, ReadyQuery};
 pub use commit::{CommitOutcome, PartRecord};
 pub use error::StoreError;

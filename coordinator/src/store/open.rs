@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError};
 use super::url::DatabaseUrl;
+use crate::metrics::{StoreMeasures, Transaction as Kind};
 use sqlx::any::AnyPoolOptions;
 use sqlx::migrate::{Migration, MigrationType, Migrator};
 use sqlx::{Any, AnyPool, Connection, Executor, Row, SqlSafeStr, Transaction};
@@ -59,6 +60,7 @@ pub struct Store {
     pub(super) engine: Engine,
     pub(super) read: AnyPool,
     pub(super) write: AnyPool,
+    pub(crate) measures: StoreMeasures,
 }
 
 impl Store {
@@ -78,6 +80,7 @@ impl Store {
             engine: url.engine(),
             read: pool(url, READ_CONNECTIONS).await?,
             write,
+            measures: StoreMeasures::default(),
         };
         store.vacuum_hot_tables_often().await?;
         Ok(store)
@@ -106,6 +109,7 @@ impl Store {
     /// # Errors
     /// It cannot.
     pub async fn try_write(&self) -> Result<(), StoreError> {
+        let _timed = self.measures.transaction(Kind::Probe);
         sqlx::query("UPDATE counter SET value = value + 1 WHERE name = 'probe'")
             .execute(&self.write)
             .await
@@ -240,6 +244,11 @@ fn migrator() -> Migrator {
             9,
             "webhook",
             include_str!("../../migrations/0009_webhook.sql"),
+        ),
+        simple(
+            10,
+            "job_ended",
+            include_str!("../../migrations/0010_job_ended.sql"),
         ),
     ])
 }

@@ -124,19 +124,24 @@ async fn look(app: &Arc<App>, calls: &mut JoinSet<()>) -> Result<(), crate::stor
 async fn tell(app: Arc<App>, due: DueWebhook) {
     let noted = match call(&app, &due).await {
         Ok(status) => {
-            tracing::info!(job = %due.job, status, "webhook taken");
+            tracing::info!(job = due.job.0, status, "webhook taken");
             app.store.webhook_taken(&due, status, now_ms()).await
         }
         Err((status, why)) => {
             let why: String = why.chars().take(ERROR_CHARS_MAX).collect();
-            tracing::warn!(job = %due.job, attempt = due.attempt(), why, "webhook failed");
+            tracing::warn!(
+                job = due.job.0,
+                attempt = due.attempt(),
+                why,
+                "webhook failed"
+            );
             let next_ms = now_ms() + pause_ms(due.attempt());
             let failed = app.store.webhook_failed(&due, status, &why, next_ms);
             failed.await
         }
     };
     if let Err(error) = noted {
-        tracing::error!(%error, job = %due.job, "webhook");
+        tracing::error!(%error, job = due.job.0, "webhook");
     }
     app.job_changed();
 }

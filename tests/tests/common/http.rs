@@ -14,15 +14,49 @@ pub(crate) fn get(url: &str, path: &str) -> (u16, String) {
 
 /// The same with another method.
 pub(crate) fn send(url: &str, method: &str, path: &str) -> (u16, String) {
+    let answer = ask(url, method, path, &[]);
+    (answer.status, answer.body)
+}
+
+/// All of an answer.
+pub(crate) struct Answer {
+    pub(crate) status: u16,
+    /// Status line and headers.
+    pub(crate) head: String,
+    pub(crate) body: String,
+}
+
+impl Answer {
+    /// A header; the name in lower case.
+    pub(crate) fn header(&self, name: &str) -> Option<&str> {
+        self.head.lines().skip(1).find_map(|line| {
+            let (of, value) = line.split_once(':')?;
+            of.eq_ignore_ascii_case(name).then(|| value.trim())
+        })
+    }
+}
+
+/// The same with headers.
+pub(crate) fn ask(url: &str, method: &str, path: &str, headers: &[(&str, &str)]) -> Answer {
+    let more: Vec<String> = headers
+        .iter()
+        .map(|(name, value)| format!("{name}: {value}\r\n"))
+        .collect();
+    let more = more.concat();
     let place = url.trim_start_matches("http://");
     let mut stream = TcpStream::connect(place).expect("connect");
     stream.set_read_timeout(Some(TIMEOUT)).expect("timeout");
-    let request = format!("{method} {path} HTTP/1.1\r\nHost: {place}\r\nConnection: close\r\n\r\n");
+    let request =
+        format!("{method} {path} HTTP/1.1\r\nHost: {place}\r\nConnection: close\r\n{more}\r\n");
     stream.write_all(request.as_bytes()).expect("send");
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).expect("answer");
     let answer = String::from_utf8_lossy(&answer).into_owned();
     let (head, body) = answer.split_once("\r\n\r\n").expect("head and body");
     let status = head.split(' ').nth(1).expect("status");
-    (status.parse().expect("number"), body.to_owned())
+    Answer {
+        status: status.parse().expect("number"),
+        head: head.to_owned(),
+        body: body.to_owned(),
+    }
 }

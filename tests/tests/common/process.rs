@@ -45,6 +45,7 @@ pub(crate) fn command<S: AsRef<OsStr>>(args: impl IntoIterator<Item = S>) -> Com
         "SHEARWATER_TOKEN",
         "SHEARWATER_CA",
         "SHEARWATER_SIMD",
+        "SHEARWATER_LOG_FORMAT",
         "RUST_LOG",
     ] {
         command.env_remove(name);
