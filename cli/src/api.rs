@@ -14,7 +14,10 @@ use shearwater_shared::routes;
 use shearwater_worker::connection::{Access, causes};
 use std::time::Duration;
 
-/// Small calls.
+/// Questions. A coordinator answers them within milliseconds, a busy one within a second;
+/// one that does not for so long is frozen, and whoever waits wants to know.
+const ASK_TIMEOUT: Duration = Duration::from_secs(8);
+/// What changes something, and may wait for a lock of the database.
 const CALL_TIMEOUT: Duration = Duration::from_secs(30);
 /// Silence after which the system asks whether an upload's other side is there.
 const KEEPALIVE: Duration = Duration::from_secs(15);
@@ -125,16 +128,42 @@ impl Api {
         }
     }
 
+    /// The answer of a request that changes something.
     async fn json<T: DeserializeOwned>(&self, request: RequestBuilder) -> Result<T, CliError> {
-        let response = self.send(request.timeout(CALL_TIMEOUT)).await?;
-        let bytes = response.bytes().await.map_err(|e| self.unreachable(&e))?;
+        self.json_within(request, CALL_TIMEOUT).await
+    }
+
+    /// The answer of a question.
+    async fn ask<T: DeserializeOwned>(&self, url: Url) -> Result<T, CliError> {
+        self.json_within(self.http.get(url), ASK_TIMEOUT).await
+    }
+
+    async fn json_within<T: DeserializeOwned>(
+        &self,
+        request: RequestBuilder,
+        timeout: Duration,
+    ) -> Result<T, CliError> {
+        let answer = async {
+            let response = self.send(request).await?;
+            response.bytes().await.map_err(|e| self.unreachable(&e))
+        };
+        let answer = tokio::time::timeout(timeout, answer).await;
+        let bytes = answer.unwrap_or_else(|_| Err(self.silent(timeout)))?;
         serde_json::from_slice(&bytes).map_err(|e| self.strange(&e))
+    }
+
+    /// It took the connection, or should have, and said nothing.
+    fn silent(&self, waited: Duration) -> CliError {
+        CliError::Silent {
+            url: self.base.to_string(),
+            seconds: waited.as_secs(),
+        }
     }
 
     /// One job.
     pub(crate) async fn job(&self, id: JobId) -> Result<JobView, CliError> {
         let path = routes::fill(routes::JOB, &id.to_string());
-        self.json(self.http.get(self.url(&path)?)).await
+        self.ask(self.url(&path)?).await
     }
 
     /// One page of jobs, newest first.
@@ -149,7 +178,7 @@ impl Api {
         if let Some(token) = page_token {
             url.query_pairs_mut().append_pair("page_token", token);
         }
-        self.json(self.http.get(url)).await
+        self.ask(url).await
     }
 
     /// One page of a job's frames, in order.
@@ -162,7 +191,7 @@ impl Api {
         if let Some(token) = page_token {
             url.query_pairs_mut().append_pair("page_token", token);
         }
-        self.json(self.http.get(url)).await
+        self.ask(url).await
     }
 
     /// The error of a frame (the scene's number) against time: every point.
@@ -177,7 +206,7 @@ impl Api {
             if let Some(token) = &token {
                 url.query_pairs_mut().append_pair("page_token", token);
             }
-            let page: ErrorPage = self.json(self.http.get(url)).await?;
+            let page: ErrorPage = self.ask(url).await?;
             points.extend(page.points);
             token = page.next_page_token;
             if token.is_none() {
@@ -226,7 +255,7 @@ impl Api {
         if let Some(token) = page_token {
             url.query_pairs_mut().append_pair("page_token", token);
         }
-        self.json(self.http.get(url)).await
+        self.ask(url).await
     }
 
     /// One page of the workers that were heard of lately.
@@ -235,7 +264,7 @@ impl Api {
         if let Some(token) = page_token {
             url.query_pairs_mut().append_pair("page_token", token);
         }
-        self.json(self.http.get(url)).await
+        self.ask(url).await
     }
 
     /// Add samples to a job.

@@ -59,6 +59,16 @@ pub(crate) enum CliError {
         /// What the network said.
         why: String,
     },
+    /// It is there and does not answer.
+    #[error(
+        "the coordinator at {url} has not answered for {seconds} s: it is frozen or overloaded, or the way to it is cut. Look at its log; what it has acknowledged is safe."
+    )]
+    Silent {
+        /// Address.
+        url: String,
+        /// How long it was waited for.
+        seconds: u64,
+    },
     /// An address or credentials that cannot be used.
     #[error("coordinator {url}: {why}")]
     Address {
@@ -120,7 +130,9 @@ impl CliError {
     pub(crate) const fn exit(&self) -> Exit {
         match self {
             Self::Scene(_) | Self::Variants(_) => Exit::Scene,
-            Self::Unreachable { .. } | Self::Address { .. } => Exit::Unreachable,
+            Self::Unreachable { .. } | Self::Silent { .. } | Self::Address { .. } => {
+                Exit::Unreachable
+            }
             Self::Refused(_)
             | Self::Strange { .. }
             | Self::Worker(shearwater_worker::WorkerError::Refused { .. }) => Exit::Refused,

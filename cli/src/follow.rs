@@ -49,7 +49,7 @@ pub(crate) async fn to_end_with(
                 return Ok(job);
             }
             Ok(_) => away_since = None,
-            Err(error @ CliError::Unreachable { .. }) => {
+            Err(error @ (CliError::Unreachable { .. } | CliError::Silent { .. })) => {
                 // Who gave a picture meanwhile was not away.
                 if files_of(writer.as_deref()) > files_before {
                     away_since = None;

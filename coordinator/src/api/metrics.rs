@@ -23,7 +23,6 @@ const PLAIN: &str = "text/plain; version=0.0.4; charset=utf-8";
     path = routes::METRICS,
     operation_id = "get_metrics",
     tag = "service",
-    params(("Accept" = Option<String>, Header, description = "`application/openmetrics-text` for OpenMetrics")),
     responses(
         (status = 200, description = "The numbers", content(
             (String = "text/plain"),
