@@ -3,13 +3,14 @@
 
 mod common;
 
+use common::disk::SmallDisk;
 use common::farm::{Farm, right_answer};
 use common::relay::Relay;
 use common::stores::{Pair, Places, left_out, new_database, new_prefix};
 use common::stores::{postgres_address, s3_address};
 use common::{http, until};
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::path::Path;
+use std::process::{Child, Command};
 use std::time::Duration;
 
 /// How long the short outages last: longer than it takes to notice them, and than a
@@ -91,53 +92,8 @@ fn the_disk_is_full() {
         left_out("the disk is full", "only root can mount a small disk");
         return;
     };
-    let farm = Farm::start_with(Places::folder(&disk.folder.path().join("data")));
-    let filler = disk.folder.path().join("filler");
-    goes_on_after(
-        &farm,
-        "fails",
-        || fill(&filler),
-        || std::fs::remove_file(&filler).expect("remove"),
-    );
-}
-
-/// A disk of its own in memory, gone with the test.
-struct SmallDisk {
-    folder: tempfile::TempDir,
-}
-
-impl SmallDisk {
-    fn mount(mebibytes: u32) -> Option<Self> {
-        let folder = tempfile::tempdir().expect("temporary folder");
-        let status = Command::new("mount")
-            .args(["-t", "tmpfs", "-o", &format!("size={mebibytes}m"), "tmpfs"])
-            .arg(folder.path())
-            .stderr(Stdio::null())
-            .status();
-        status
-            .is_ok_and(|status| status.success())
-            .then_some(Self { folder })
-    }
-}
-
-impl Drop for SmallDisk {
-    fn drop(&mut self) {
-        // Lazily: the coordinator may still have files open.
-        let _ = Command::new("umount")
-            .arg("-l")
-            .arg(self.folder.path())
-            .status();
-    }
-}
-
-/// Fill the disk to its last byte.
-fn fill(file: &PathBuf) {
-    use std::io::Write;
-    let mut file = std::fs::File::create(file).expect("filler");
-    for size in [1 << 16, 1 << 10, 1] {
-        let bytes = vec![0; size];
-        while file.write_all(&bytes).is_ok() {}
-    }
+    let farm = Farm::start_with(Places::folder(&disk.path().join("data")));
+    goes_on_after(&farm, "fails", || disk.fill(), || disk.free());
 }
 
 /// A job under way, an outage, and the right film all the same.

@@ -169,7 +169,7 @@ fn bound<'q>(
 }
 
 /// Rows of each table, for statements about growth.
-pub const COUNTED_TABLES: [&str; 8] = [
+pub const COUNTED_TABLES: [&str; 11] = [
     "job",
     "frame",
     "unit",
@@ -178,6 +178,9 @@ pub const COUNTED_TABLES: [&str; 8] = [
     "lease",
     "asset",
     "job_asset",
+    "audit",
+    "distrust",
+    "job_log",
 ];
 
 impl Store {

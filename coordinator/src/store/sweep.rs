@@ -37,6 +37,13 @@ impl Store {
                 HISTORY_MS,
             ),
             ("DELETE FROM worker WHERE seen_ms < $1", HISTORY_MS),
+            // Instances are never used again; what they delivered must stay marked.
+            (
+                "DELETE FROM distrust WHERE at_ms < $1 \
+                 AND NOT EXISTS (SELECT 1 FROM worker w WHERE w.instance = distrust.worker) \
+                 AND NOT EXISTS (SELECT 1 FROM part p WHERE p.worker = distrust.worker)",
+                HISTORY_MS,
+            ),
         ] {
             sqlx::query(statement)
                 .bind(now_ms.saturating_sub(age_ms))

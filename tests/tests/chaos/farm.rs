@@ -1,109 +1,216 @@
-//! The farm that is broken, mended and audited.
+//! The farm: coordinators on one store and workers, each with a line of its own.
 
 use super::dice::Dice;
-use super::faults::{Breakable, ClockOff, Fault, Mending, Mendings, Site, Who, draw};
-use super::line::Weather;
-use crate::common::farm::{film_hash_of, right_answer, worker_for};
-use crate::common::process::{Process, command, run};
-use crate::common::relay::Relay;
-use crate::common::stores::{Pair, Places, new_database, new_prefix, postgres_address, s3_address};
-use crate::common::{http, scene, until};
-use serde_json::Value;
+use super::faults::ClockOff;
+use super::lies::Liars;
+use super::line::Line;
+use super::mending::{Mendings, Who};
+use super::network::{Room, rooms};
+use super::stores::Stores;
+use crate::common::farm::steady_port;
+use crate::common::process::{Ended, Process, command};
+use crate::common::stores::{Pair, left_out};
+use crate::common::{scene, until};
 use std::collections::BTreeMap;
-use std::net::TcpListener;
-use std::path::{Path, PathBuf};
+use std::net::Ipv4Addr;
+use std::path::PathBuf;
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Coordinators on one store, and workers, of which each has a line of its own.
-const COORDINATORS: usize = 2;
-const WORKERS: usize = 3;
-/// Where Debian keeps the library that makes clocks wrong.
-const FAKETIME: &str = "/usr/lib/x86_64-linux-gnu/faketime/libfaketime.so.1";
+pub(crate) const COORDINATORS: usize = 2;
+/// One may compute wrongly: two others find it out.
+pub(crate) const WORKERS: usize = 3;
+/// Longest that a client may take: whoever it asks may stand still.
+const CLIENT_MAX: Duration = Duration::from_secs(20);
 
+/// All of it. Processes end before what they stand on.
 pub(crate) struct Chaos {
-    dice: Dice,
-    began: Instant,
-    places: Places,
-    stores: Vec<Relay>,
+    pub(crate) sites: Vec<Site>,
+    pub(crate) coordinators: [Option<Process>; COORDINATORS],
+    pub(crate) stores: Stores,
+    /// Of the workers, then of the coordinators; or none at all.
+    pub(crate) rooms: Vec<Room>,
+    pub(crate) dice: Dice,
+    pub(crate) began: Instant,
     ports: [u16; COORDINATORS],
-    coordinators: [Option<Process>; COORDINATORS],
-    sites: Vec<Site>,
-    mendings: Mendings,
-    jobs: Vec<String>,
+    /// Whom a client asks next.
+    turn: usize,
+    pub(crate) mendings: Mendings,
+    pub(crate) liars: Liars,
+    /// Who computes wrongly now.
+    pub(crate) liar: Option<usize>,
+    pub(crate) asleep: Vec<Who>,
+    pub(crate) faults: usize,
+    pub(crate) tally: BTreeMap<String, usize>,
+    pub(crate) events: BTreeMap<String, usize>,
     scene: PathBuf,
-    folder: tempfile::TempDir,
-    /// Coordinators that stand still: whoever asks them waits long.
-    asleep: [bool; COORDINATORS],
-    faults: usize,
-    tally: BTreeMap<String, usize>,
+    _folder: tempfile::TempDir,
+}
+
+/// A worker behind a line of its own.
+pub(crate) struct Site {
+    pub(crate) line: Line,
+    pub(crate) worker: Option<Process>,
 }
 
 impl Chaos {
     /// Start all of it.
     pub(crate) fn start(pair: Pair, seed: u64) -> Self {
         let folder = tempfile::tempdir().expect("temporary folder");
-        let (places, stores) = places(pair, folder.path());
+        let rooms = rooms(WORKERS + COORDINATORS).unwrap_or_else(|why| {
+            left_out("chaos: network namespaces; lines are relays", &why);
+            Vec::new()
+        });
+        let gateway = |n| {
+            rooms
+                .get(n)
+                .map_or(Ipv4Addr::LOCALHOST, |room: &Room| room.gateway)
+        };
+        let gateways: Vec<_> = (0..COORDINATORS).map(|n| gateway(WORKERS + n)).collect();
         let mut chaos = Self {
+            sites: Vec::new(),
+            coordinators: [const { None }; COORDINATORS],
+            stores: Stores::start(pair, folder.path(), &gateways),
+            rooms,
             dice: Dice(seed),
             began: Instant::now(),
-            places,
-            stores,
-            ports: [(); COORDINATORS].map(|()| free_port()),
-            coordinators: [const { None }; COORDINATORS],
-            sites: Vec::new(),
+            ports: [(); COORDINATORS].map(|()| steady_port()),
+            turn: 0,
             mendings: Mendings::default(),
-            jobs: Vec::new(),
-            scene: scene::write(&folder.path().join("scene")),
-            folder,
-            asleep: [false; COORDINATORS],
+            liars: Liars::default(),
+            liar: None,
+            asleep: Vec::new(),
             faults: 0,
             tally: BTreeMap::new(),
+            events: BTreeMap::new(),
+            scene: scene::write(&folder.path().join("scene")),
+            _folder: folder,
         };
         for number in 0..COORDINATORS {
             chaos.start_coordinator(number, ClockOff::default());
         }
-        chaos.sites = (0..WORKERS)
-            .map(|n| Site::start(&chaos.url(n % COORDINATORS)))
-            .collect();
+        for number in 0..WORKERS {
+            let from = chaos.rooms.get(number);
+            let from = from.map_or(Ipv4Addr::LOCALHOST, |room| room.gateway);
+            let line = Line::to(&chaos.url(number % COORDINATORS), from, &chaos.liars);
+            chaos.sites.push(Site { line, worker: None });
+            chaos.start_worker(number);
+        }
         chaos
     }
 
-    fn url(&self, coordinator: usize) -> String {
-        format!("http://127.0.0.1:{}", self.ports[coordinator])
+    fn room(&self, who: Who) -> Option<&Room> {
+        match who {
+            Who::Worker(n) => self.rooms.get(n),
+            Who::Coordinator(n) => self.rooms.get(WORKERS + n),
+            Who::Database | Who::Objects => None,
+        }
     }
 
-    fn start_coordinator(&mut self, number: usize, clock: ClockOff) {
-        let mut command = command(["coordinator", "--listen"]);
+    fn spawn(&self, who: Who, command: &mut Command) -> Process {
+        match self.room(who) {
+            Some(room) => Process::start(&mut room.command(command)),
+            None => Process::start(command),
+        }
+    }
+
+    fn address(&self, coordinator: usize) -> String {
+        let room = self.room(Who::Coordinator(coordinator));
+        let ip = room.map_or(Ipv4Addr::LOCALHOST, |room| room.address);
+        format!("{ip}:{}", self.ports[coordinator])
+    }
+
+    pub(crate) fn url(&self, coordinator: usize) -> String {
+        format!("http://{}", self.address(coordinator))
+    }
+
+    pub(crate) fn start_worker(&mut self, number: usize) {
+        let url = self.sites[number].line.url.clone();
+        let mut command = command(["worker", "--threads", "1", "--coordinator", &url]);
+        let worker = self.spawn(Who::Worker(number), &mut command);
+        self.sites[number].worker = Some(worker);
+    }
+
+    pub(crate) fn start_coordinator(&mut self, number: usize, clock: ClockOff) {
+        let mut command = command(["coordinator", "--audit", "1", "--allow-public", "--listen"]);
+        let places = &self.stores.places[number];
         command
-            .arg(format!("127.0.0.1:{}", self.ports[number]))
-            .args(&self.places.args)
-            .envs(self.places.envs.iter().cloned());
-        if clock != ClockOff::default() {
-            command.env("LD_PRELOAD", FAKETIME);
+            .arg(self.address(number))
+            .args(&places.args)
+            .envs(places.envs.iter().cloned());
+        if let Some(library) = faketime().filter(|_| clock != ClockOff::default()) {
+            command.env("LD_PRELOAD", library);
             command.env("FAKETIME", format!("{:+}", clock.0));
             command.env("FAKETIME_DONT_FAKE_MONOTONIC", "1");
         }
-        self.coordinators[number] = Some(Process::start(&mut command));
-        self.asleep[number] = false;
+        self.coordinators[number] = Some(self.spawn(Who::Coordinator(number), &mut command));
+    }
+
+    /// A process, unless it is down.
+    pub(crate) fn process(&mut self, who: Who) -> Option<&mut Process> {
+        match who {
+            Who::Worker(n) => self.sites[n].worker.as_mut(),
+            Who::Coordinator(n) => self.coordinators[n].as_mut(),
+            Who::Database | Who::Objects => None,
+        }
+    }
+
+    /// Take a process out of service: killed, and not for a mistake of its own.
+    pub(crate) fn take(&mut self, who: Who) -> bool {
+        let process = match who {
+            Who::Worker(n) => self.sites[n].worker.take(),
+            Who::Coordinator(n) => self.coordinators[n].take(),
+            Who::Database | Who::Objects => None,
+        };
+        self.asleep.retain(|asleep| *asleep != who);
+        let there = process.is_some();
+        if let Some(process) = process {
+            let log = process.stderr();
+            process.kill();
+            assert!(!log.contains("panicked"), "{who:?}:\n{log}");
+        }
+        there
+    }
+
+    /// Seconds since the start.
+    pub(crate) fn now_s(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    /// Run a client at whoever is there; `None` when it got nowhere.
+    pub(crate) fn client(&mut self, args: &[&str]) -> Option<Ended> {
+        let whom = self.whom()?;
+        let url = self.url(whom);
+        let mut client = Process::start(&mut command(args.iter().chain(&["--coordinator", &url])));
+        let started = Instant::now();
+        while client.runs() {
+            if started.elapsed() > CLIENT_MAX {
+                client.kill();
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(20));
+            self.mend_due();
+        }
+        Some(client.end()).filter(|ended| ended.code == Some(0))
+    }
+
+    /// Another coordinator each time, of those that are awake.
+    pub(crate) fn whom(&mut self) -> Option<usize> {
+        self.turn += 1;
+        let mut order = (0..COORDINATORS).map(|n| (n + self.turn) % COORDINATORS);
+        order.find(|&n| {
+            self.coordinators[n].is_some() && !self.asleep.contains(&Who::Coordinator(n))
+        })
     }
 
     /// Submit the scene, at whichever coordinator takes it; the job's number.
     pub(crate) fn submit(&mut self) -> String {
         let scene = self.scene.to_str().expect("UTF-8").to_owned();
-        let id = until("a job is submitted", || {
+        until("a job is submitted", || {
             self.mend_due();
-            let awake = (0..COORDINATORS).find(|&n| !self.asleep[n])?;
-            let url = self.url(awake);
-            let ended = run(["submit", &scene, "--json", "--coordinator", &url]);
-            (ended.code == Some(0)).then(|| ended.json()["id"].to_string())
-        });
-        self.jobs.push(id.clone());
-        id
-    }
-
-    /// Faults so far.
-    pub(crate) fn faults(&self) -> usize {
-        self.faults
+            let ended = self.client(&["submit", &scene, "--json"])?;
+            Some(ended.json()["id"].to_string())
+        })
     }
 
     /// A number below `end`.
@@ -119,208 +226,13 @@ impl Chaos {
             self.mend_due();
         }
     }
-
-    fn mend_due(&mut self) {
-        for mending in self.mendings.due(false) {
-            self.mend(mending);
-        }
-    }
-
-    /// Mend everything, now.
-    pub(crate) fn mend_all(&mut self) {
-        for mending in self.mendings.due(true) {
-            self.mend(mending);
-        }
-    }
-
-    fn mend(&mut self, mending: Mending) {
-        match mending {
-            Mending::Worker(n) => {
-                self.sites[n].worker = Some(worker_for(&self.sites[n].line.url, 1));
-            }
-            Mending::Coordinator(n, clock) => self.start_coordinator(n, clock),
-            Mending::Weather(n) => self.sites[n].line.weather(Weather::Clear),
-            Mending::Store(n) => self.stores[n].mend(),
-            Mending::Wake(who) => {
-                if let Some(process) = self.process(who) {
-                    process.signal("CONT");
-                }
-                self.fall_asleep(who, false);
-            }
-        }
-    }
-
-    fn fall_asleep(&mut self, who: Who, asleep: bool) {
-        if let Who::Coordinator(n) = who {
-            self.asleep[n] = asleep;
-        }
-    }
-
-    fn process(&mut self, who: Who) -> Option<&mut Process> {
-        match who {
-            Who::Worker(n) => self.sites[n].worker.as_mut(),
-            Who::Coordinator(n) => self.coordinators[n].as_mut(),
-        }
-    }
-
-    fn can_break(&self, fault: Fault) -> bool {
-        match fault {
-            Fault::KillWorker(n) | Fault::StopWorker(n, _) => self.sites[n].worker.is_some(),
-            Fault::KillCoordinator(n, _) | Fault::StopCoordinator(n, _) => {
-                self.coordinators[n].is_some() && !self.asleep[n]
-            }
-            Fault::Weather(..) | Fault::Damage(..) | Fault::Store(..) => true,
-        }
-    }
-
-    /// Break something, unless the dice name what is broken already.
-    pub(crate) fn next_fault(&mut self) {
-        let of = Breakable {
-            workers: WORKERS,
-            coordinators: COORDINATORS,
-            stores: self.stores.len(),
-            clocks: Path::new(FAKETIME).is_file(),
-        };
-        let fault = draw(&mut self.dice, of);
-        // Who is down or stands still cannot be broken once more.
-        if !self.can_break(fault) {
-            return;
-        }
-        self.faults += 1;
-        println!("{:7.1} s  {fault}", self.began.elapsed().as_secs_f64());
-        let kind = format!("{fault:?}");
-        let kind = kind.split('(').next().unwrap_or_default().to_owned();
-        *self.tally.entry(kind).or_default() += 1;
-        let again = Duration::from_millis(100 + 100 * self.dice.below(15) as u64);
-        match fault {
-            Fault::KillWorker(n) => {
-                if let Some(worker) = self.sites[n].worker.take() {
-                    worker.kill();
-                    self.mendings.after(again, Mending::Worker(n));
-                }
-            }
-            Fault::KillCoordinator(n, clock) => {
-                if let Some(coordinator) = self.coordinators[n].take() {
-                    coordinator.kill();
-                    self.mendings.after(again, Mending::Coordinator(n, clock));
-                }
-            }
-            Fault::StopWorker(n, time) => self.stop(Who::Worker(n), time),
-            Fault::StopCoordinator(n, time) => self.stop(Who::Coordinator(n), time),
-            Fault::Weather(n, weather, time) => {
-                self.sites[n].line.weather(weather);
-                self.mendings.after(time, Mending::Weather(n));
-            }
-            Fault::Damage(n, damage) => self.sites[n].line.damage(damage),
-            Fault::Store(n, time) => {
-                self.stores[n].cut();
-                self.mendings.after(time, Mending::Store(n));
-            }
-        }
-    }
-
-    fn stop(&mut self, who: Who, time: Duration) {
-        if let Some(process) = self.process(who) {
-            process.signal("STOP");
-            self.fall_asleep(who, true);
-            self.mendings.after(time, Mending::Wake(who));
-        }
-    }
-
-    /// Whether somebody says that the job is done.
-    pub(crate) fn is_done(&mut self, id: &str) -> bool {
-        self.job(id).is_some_and(|job| job["done"] == true)
-    }
-
-    // As whoever answers sees it; nobody may.
-    fn job(&self, id: &str) -> Option<Value> {
-        let mut awake =
-            (0..COORDINATORS).filter(|&n| !self.asleep[n] && self.coordinators[n].is_some());
-        awake.find_map(|n| {
-            let ended = run(["status", id, "--json", "--coordinator", &self.url(n)]);
-            (ended.code == Some(0)).then(|| ended.json())
-        })
-    }
-
-    /// The end of a job: everything counted, once, and the right film.
-    pub(crate) fn audit(&mut self, id: &str) {
-        let job = until("the job is done", || {
-            self.mend_due();
-            self.job(id).filter(|job| job["done"] == true)
-        });
-        assert_eq!(job["state"], "done", "{job}");
-        assert_eq!(job["units_done"], job["units_total"], "{job}");
-        assert_eq!(job["unequal_results"], 0, "{job}");
-        assert_eq!(film_hash_of(&job), right_answer(), "{job}");
-        println!(
-            "{:7.1} s  job {id} is right",
-            self.began.elapsed().as_secs_f64()
-        );
-    }
-
-    /// How often each kind of fault came.
-    pub(crate) fn tally(&self) -> String {
-        let each = self
-            .tally
-            .iter()
-            .map(|(kind, times)| format!("{kind} {times}"));
-        each.collect::<Vec<_>>().join(", ")
-    }
-
-    /// Delete every job and sweep: no row and no object stays.
-    pub(crate) fn leaves_nothing(mut self) {
-        for id in std::mem::take(&mut self.jobs) {
-            let url = self.url(0);
-            until("a job is deleted", || {
-                let (status, _) = http::send(&url, "DELETE", &format!("/v1/jobs/{id}"));
-                matches!(status, 204 | 404).then_some(())
-            });
-        }
-        self.sites.clear();
-        self.coordinators = [const { None }; COORDINATORS];
-        let swept = self.gc();
-        println!("swept at the end: {}", swept["removed"]);
-        for (table, rows) in swept["rows"].as_object().expect("rows") {
-            assert_eq!(rows, 0, "{table} of {swept}");
-        }
-        let again = self.gc();
-        // Emptied folders begin to age anew: they may be among the leavings.
-        for what in ["deleted_jobs", "parts", "films", "assets"] {
-            assert_eq!(again["removed"][what], 0, "{what} of {again}");
-        }
-        drop(self.folder);
-    }
-
-    fn gc(&self) -> Value {
-        let mut command = command([
-            "gc",
-            "--json",
-            "--assets-after",
-            "0",
-            "--orphans-after",
-            "0",
-        ]);
-        command
-            .args(&self.places.args)
-            .envs(self.places.envs.iter().cloned());
-        Process::start(&mut command).end().ok().json()
-    }
 }
 
-// A farm's stores, and the lines to them that can be cut.
-fn places(pair: Pair, folder: &Path) -> (Places, Vec<Relay>) {
-    if pair == Pair::Laptop {
-        return (pair.places(folder), Vec::new());
-    }
-    let (database, objects) = (Relay::to(postgres_address()), Relay::to(s3_address()));
-    let url = new_database().replace(&postgres_address().to_string(), &database.addr.to_string());
-    let mut places = Places::servers(&url, &new_prefix());
-    let url = format!("http://{}", objects.addr);
-    places.envs.push(("AWS_ENDPOINT_URL".into(), url));
-    (places, vec![database, objects])
-}
-
-fn free_port() -> u16 {
-    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
-    listener.local_addr().expect("address").port()
+/// The library that makes clocks wrong, where Debian keeps it.
+pub(crate) fn faketime() -> Option<PathBuf> {
+    let machines = std::fs::read_dir("/usr/lib").ok()?;
+    let paths = machines.filter_map(|machine| Some(machine.ok()?.path()));
+    paths
+        .map(|path| path.join("faketime/libfaketime.so.1"))
+        .find(|path| path.is_file())
 }

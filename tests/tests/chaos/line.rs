@@ -1,11 +1,13 @@
 //! The network between a worker and its coordinator, in any weather.
 
+use super::lies::Liars;
 use axum::Router;
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::{HeaderMap, Method, StatusCode, Uri, header};
 use axum::response::{IntoResponse, Response};
 use shearwater_shared::{limits, routes};
+use std::net::Ipv4Addr;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 use tokio::runtime::Runtime;
@@ -44,6 +46,7 @@ pub(crate) enum Damage {
 struct Conditions {
     weather: Weather,
     damage: Option<Damage>,
+    lying: bool,
     results: usize,
     delivered: usize,
 }
@@ -52,6 +55,7 @@ struct Conditions {
 struct Shared {
     coordinator: String,
     http: reqwest::Client,
+    liars: Liars,
     now: Arc<Mutex<Conditions>>,
 }
 
@@ -63,8 +67,8 @@ pub(crate) struct Line {
 }
 
 impl Line {
-    /// Lead to a coordinator.
-    pub(crate) fn to(coordinator: &str) -> Self {
+    /// Lead to a coordinator, from an address of this machine.
+    pub(crate) fn to(coordinator: &str, from: Ipv4Addr, liars: &Liars) -> Self {
         // Set already, if this is not the first line.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let runtime = Runtime::new().expect("runtime");
@@ -75,12 +79,14 @@ impl Line {
         let now = Arc::new(Mutex::new(Conditions {
             weather: Weather::Clear,
             damage: None,
+            lying: false,
             results: 0,
             delivered: 0,
         }));
         let shared = Shared {
             coordinator: coordinator.to_owned(),
             http: http.expect("client"),
+            liars: liars.clone(),
             now: Arc::clone(&now),
         };
         let limit = axum::extract::DefaultBodyLimit::max(limits::SUBMIT_BODY_BYTES_MAX);
@@ -88,7 +94,7 @@ impl Line {
             .fallback(carry)
             .layer(limit)
             .with_state(shared);
-        let listener = runtime.block_on(tokio::net::TcpListener::bind("127.0.0.1:0"));
+        let listener = runtime.block_on(tokio::net::TcpListener::bind((from, 0)));
         let listener = listener.expect("port");
         let url = format!("http://{}", listener.local_addr().expect("address"));
         runtime.spawn(async move { axum::serve(listener, app).await });
@@ -102,6 +108,11 @@ impl Line {
     /// Change the weather.
     pub(crate) fn weather(&self, weather: Weather) {
         self.now.lock().expect("conditions").weather = weather;
+    }
+
+    /// Let its worker compute wrongly, or rightly again.
+    pub(crate) fn lie(&self, lying: bool) {
+        self.now.lock().expect("conditions").lying = lying;
     }
 
     /// Damage the next result.
@@ -153,6 +164,11 @@ impl Shared {
     fn on_its_way(&self, body: Bytes) -> (Bytes, usize) {
         let mut now = self.now.lock().expect("conditions");
         now.results += 1;
+        let body = if now.lying {
+            self.liars.lie(body)
+        } else {
+            body
+        };
         let body = match now.damage.take() {
             None => body,
             Some(Damage::Truncated) => body.slice(..body.len() / 2),

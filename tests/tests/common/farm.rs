@@ -27,7 +27,7 @@ pub(crate) struct Replica {
 
 /// A free port that no outgoing connection can take while the coordinator is
 /// down: below the range that the system gives to clients.
-fn steady_port() -> u16 {
+pub(crate) fn steady_port() -> u16 {
     static NEXT: AtomicU16 = AtomicU16::new(0);
     let start = (std::process::id() % 8_000) as u16;
     until("a free port", || {

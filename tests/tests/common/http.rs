@@ -1,7 +1,7 @@
 //! A question over HTTP, without a client library.
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
+use std::io::{self, Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 /// Longest wait for an answer.
@@ -38,25 +38,44 @@ impl Answer {
 
 /// The same with headers.
 pub(crate) fn ask(url: &str, method: &str, path: &str, headers: &[(&str, &str)]) -> Answer {
+    try_ask(url, method, path, headers, TIMEOUT).expect("an answer")
+}
+
+/// The same of a server that may be away; waits `patience` for each piece.
+///
+/// # Errors
+/// No answer, or none that is HTTP.
+pub(crate) fn try_ask(
+    url: &str,
+    method: &str,
+    path: &str,
+    headers: &[(&str, &str)],
+    patience: Duration,
+) -> io::Result<Answer> {
     let more: Vec<String> = headers
         .iter()
         .map(|(name, value)| format!("{name}: {value}\r\n"))
         .collect();
     let more = more.concat();
     let place = url.trim_start_matches("http://");
-    let mut stream = TcpStream::connect(place).expect("connect");
-    stream.set_read_timeout(Some(TIMEOUT)).expect("timeout");
+    let addr = place.to_socket_addrs()?.next();
+    let addr = addr.ok_or_else(|| io::Error::other("no address"))?;
+    let mut stream = TcpStream::connect_timeout(&addr, patience)?;
+    stream.set_read_timeout(Some(patience))?;
     let request =
         format!("{method} {path} HTTP/1.1\r\nHost: {place}\r\nConnection: close\r\n{more}\r\n");
-    stream.write_all(request.as_bytes()).expect("send");
+    stream.write_all(request.as_bytes())?;
     let mut answer = Vec::new();
-    stream.read_to_end(&mut answer).expect("answer");
+    stream.read_to_end(&mut answer)?;
     let answer = String::from_utf8_lossy(&answer).into_owned();
-    let (head, body) = answer.split_once("\r\n\r\n").expect("head and body");
-    let status = head.split(' ').nth(1).expect("status");
-    Answer {
-        status: status.parse().expect("number"),
+    let (head, body) = answer
+        .split_once("\r\n\r\n")
+        .ok_or_else(|| io::Error::other("no head"))?;
+    let status = head.split(' ').nth(1).unwrap_or_default();
+    Ok(Answer {
+        status: status.parse().map_err(io::Error::other)?,
         head: head.to_owned(),
         body: body.to_owned(),
-    }
+    })
+}
 }

@@ -1,7 +1,7 @@
 //! A line to a server that can be cut, and mended again.
 
 use std::io::{Read, Write};
-use std::net::{Shutdown, SocketAddr, TcpListener, TcpStream};
+use std::net::{Ipv4Addr, Shutdown, SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
@@ -20,7 +20,12 @@ pub(crate) struct Relay {
 impl Relay {
     /// Lead to `target`.
     pub(crate) fn to(target: SocketAddr) -> Self {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        Self::on(Ipv4Addr::LOCALHOST, target)
+    }
+
+    /// The same, at an address of this machine.
+    pub(crate) fn on(ip: Ipv4Addr, target: SocketAddr) -> Self {
+        let listener = TcpListener::bind((ip, 0)).expect("a port");
         let addr = listener.local_addr().expect("address");
         let state = Arc::new(AtomicU8::new(OPEN));
         let open = Arc::new(Mutex::new(Vec::new()));
