@@ -14,7 +14,6 @@ ALTER TABLE part ADD COLUMN depth_cap_hits BIGINT NOT NULL DEFAULT 0;
 CREATE INDEX part_worker ON part (worker, job);
 -- A counted run that is to be compared; gone when it is decided. lease: under which it is being rendered again,
 -- or 0. claims: what other workers said, as JSON. tries: leases that brought nothing.
--- due_ms: since when its frame waits for nothing else, or 0.
 CREATE TABLE audit (
   job BIGINT NOT NULL,
   frame BIGINT NOT NULL,
@@ -25,7 +24,6 @@ CREATE TABLE audit (
   claims TEXT NOT NULL DEFAULT '[]',
   tries BIGINT NOT NULL DEFAULT 0,
   changed_ms BIGINT NOT NULL,
-  due_ms BIGINT NOT NULL DEFAULT 0,
   PRIMARY KEY (job, frame, tile, block0)
 );
 CREATE INDEX audit_lease ON audit (lease) WHERE lease > 0;

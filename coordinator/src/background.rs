@@ -78,9 +78,10 @@ async fn reap(app: Arc<App>) {
 
 async fn fold_all(app: Arc<App>) {
     let mut changes = app.change.subscribe();
+    let mut watch = audit::Watch::default();
     loop {
         changes.borrow_and_update();
-        match fold::pass(&app).await {
+        match fold::pass(&app, &mut watch).await {
             Ok(0) => {
                 // A closed channel means that the coordinator is gone.
                 let wait = tokio::time::timeout(FOLD_EVERY, changes.changed()).await;

@@ -55,14 +55,17 @@ pub async fn sweep(
     now_ms: i64,
 ) -> Result<Swept, SweepError> {
     store.purge(now_ms).await?;
-    let orphan_ms = now_ms.saturating_sub_unsigned(grace.orphan_ms);
+    // These first: on a full disk they make room for what follows.
+    let jobs = finish_deletions(store, objects).await?;
     let asset_ms = now_ms.saturating_sub_unsigned(grace.asset_ms);
+    let unused = unused_assets(store, objects, asset_ms, now_ms).await?;
+    let orphan_ms = objects.clock_ms().await?;
+    let orphan_ms = orphan_ms.saturating_sub_unsigned(grace.orphan_ms);
     Ok(Swept {
-        jobs: finish_deletions(store, objects).await?,
+        jobs,
         parts: nameless(store, objects, PARTS, orphan_ms).await?,
         films: nameless(store, objects, FILMS, orphan_ms).await?,
-        assets: unused_assets(store, objects, asset_ms, now_ms).await?
-            + nameless_assets(store, objects, orphan_ms).await?,
+        assets: unused + nameless_assets(store, objects, orphan_ms).await?,
         leavings: probes(objects, orphan_ms).await? + objects.remove_leavings(orphan_ms).await?,
     })
 }

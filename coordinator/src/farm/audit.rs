@@ -10,7 +10,9 @@ pub const WHOLE_PPM: u32 = 1_000_000;
 /// Workers that are asked about one run: with this many different answers the run
 /// itself must be at fault.
 const CLAIMS_MAX: usize = 5;
-/// Leases of an audit that may bring nothing before it is given up.
+/// Leases of an audit that may bring nothing before it is given up; not within
+/// [`IDLE_WAIT_MS`]: workers may be killed, and a coordinator whose clock is wrong ends
+/// leases too soon.
 const TRIES_MAX: u64 = 3;
 /// How long the end of a frame waits for an audit that nobody works on: longer than a
 /// present worker takes to ask for work (its poll and its present lease).
@@ -49,10 +51,10 @@ pub struct WaitingAudit {
     pub leased: bool,
     /// Leases that brought nothing.
     pub tries: u64,
-    /// When it last changed.
-    pub changed_ms: i64,
-    /// Since when its frame waits for nothing else; 0 before it is known to.
-    pub due_ms: i64,
+    /// For how long its frame has waited for nothing else, as whoever decides saw it.
+    pub held_ms: i64,
+    /// For how long of that nothing has changed.
+    pub waited_ms: i64,
 }
 
 /// Whether a counted run is rendered again by another worker: `share_ppm` millionths
@@ -102,18 +104,15 @@ pub fn judge(claims: &[Claim]) -> AuditVerdict {
 /// (instances) that could be asked. Nobody is waited for without end, and a farm of one
 /// worker waits for nobody.
 #[must_use]
-pub fn audit_waits(audit: &WaitingAudit, present: &[&str], now_ms: i64) -> bool {
-    let since_ms = audit.changed_ms.max(match audit.due_ms {
-        0 => now_ms,
-        due_ms => due_ms,
-    });
-    let waited_ms = now_ms.saturating_sub(since_ms);
+pub fn audit_waits(audit: &WaitingAudit, present: &[&str]) -> bool {
+    let waited_ms = audit.waited_ms;
     if audit.leased {
         return waited_ms < LEASED_WAIT_MS;
     }
     let is_other = |worker: &&str| audit.claimants.iter().all(|claimant| claimant != *worker);
     let disputed = audit.claimants.len() > 1;
-    audit.tries < TRIES_MAX
+    let is_tried = audit.tries >= TRIES_MAX && audit.held_ms >= IDLE_WAIT_MS;
+    !is_tried
         && waited_ms < IDLE_WAIT_MS
         // A third one may yet come: two answers are worse than a minute.
         && (disputed || present.iter().any(is_other))
@@ -184,8 +183,8 @@ mod tests {
         claimants: Vec::new(),
         leased: false,
         tries: 0,
-        changed_ms: 1000,
-        due_ms: 2000,
+        held_ms: 0,
+        waited_ms: 0,
     };
 
     #[test]
@@ -194,24 +193,40 @@ mod tests {
             claimants: vec!["only".into()],
             ..OPEN
         };
-        assert!(!audit_waits(&audit, &["only"], 2000));
-        assert!(!audit_waits(&audit, &[], 2000));
-        assert!(audit_waits(&audit, &["only", "other"], 2000));
-        assert!(!audit_waits(&audit, &["only", "other"], 62_000));
-        let fresh = WaitingAudit { due_ms: 0, ..audit };
-        assert!(audit_waits(&fresh, &["other"], 900_000), "due since now");
+        assert!(!audit_waits(&audit, &["only"]));
+        assert!(!audit_waits(&audit, &[]));
+        assert!(audit_waits(&audit, &["only", "other"]));
+        let long = WaitingAudit {
+            waited_ms: 60_000,
+            ..audit
+        };
+        assert!(!audit_waits(&long, &["only", "other"]));
     }
 
     #[test]
     fn a_dispute_waits_a_minute_for_a_third() {
         let audit = WaitingAudit {
             claimants: vec!["a".into(), "b".into()],
+            waited_ms: 59_000,
             ..OPEN
         };
-        assert!(audit_waits(&audit, &["a", "b"], 61_000));
-        assert!(!audit_waits(&audit, &["a", "b"], 63_000));
-        let failing = WaitingAudit { tries: 3, ..audit };
-        assert!(!audit_waits(&failing, &["c"], 2000));
+        assert!(audit_waits(&audit, &["a", "b"]));
+        let long = WaitingAudit {
+            waited_ms: 61_000,
+            ..audit.clone()
+        };
+        assert!(!audit_waits(&long, &["a", "b"]));
+        let failing = WaitingAudit {
+            tries: TRIES_MAX,
+            held_ms: 59_000,
+            ..audit
+        };
+        assert!(audit_waits(&failing, &["c"]));
+        let long = WaitingAudit {
+            held_ms: 60_000,
+            ..failing
+        };
+        assert!(!audit_waits(&long, &["c"]));
     }
 
     proptest! {
@@ -219,14 +234,13 @@ mod tests {
         #[test]
         fn no_wait_is_without_end(
             leased: bool,
-            tries in 0u64..5,
-            changed_ms in 0i64..100_000,
-            due_ms in 1i64..100_000,
+            tries in 0u64..10,
+            waited_ms in 600_000i64..i64::MAX,
             others in 0usize..4,
         ) {
-            let audit = WaitingAudit { leased, tries, changed_ms, due_ms, ..OPEN };
+            let audit = WaitingAudit { leased, tries, waited_ms, ..OPEN };
             let present = ["a", "b", "c"];
-            prop_assert!(!audit_waits(&audit, &present[..others.min(3)], 800_000));
+            prop_assert!(!audit_waits(&audit, &present[..others.min(3)]));
         }
     }
 }

@@ -18,7 +18,7 @@ pub(crate) use picture::picture;
 pub(crate) use series::estimate;
 
 use crate::app::App;
-use crate::audit;
+use crate::audit::{self, Watch};
 use crate::store::FrameTile;
 use futures_util::stream::{self, StreamExt};
 use shearwater_shared::job::JobId;
@@ -34,7 +34,7 @@ const TILES_AT_ONCE: usize = 3;
 const FRAMES_PER_PASS: u32 = 4;
 
 /// Fold what is due and finish frames; how much was done.
-pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
+pub(crate) async fn pass(app: &App, watch: &mut Watch) -> Result<usize, FoldError> {
     let tiles = app.store.tiles_to_fold(PARTS_MAX, TILES_PER_PASS).await?;
     // An error of one tile or frame must not hold up the others.
     let mut tally = Tally::default();
@@ -53,7 +53,7 @@ pub(crate) async fn pass(app: &App) -> Result<usize, FoldError> {
         }
     }
     // What this gives up is finished now, not a second later.
-    tally.done += audit::give_up(app).await?;
+    tally.done += audit::give_up(app, watch).await?;
     for (job, frame) in app.store.frames_to_finish(FRAMES_PER_PASS).await? {
         tally.add(match frame::finish(app, job, frame).await {
             Ok(done) => Ok(done),

@@ -129,6 +129,22 @@ impl Objects {
         self.delete(&name).await
     }
 
+    /// What the store's clock says, milliseconds since 1970: ages of objects are told by
+    /// it, since a coordinator whose clock is ahead would take new ones for old. Some stores
+    /// tell whole seconds; this is the end of the present one.
+    ///
+    /// # Errors
+    /// Objects cannot be written.
+    pub async fn clock_ms(&self) -> Result<i64, ObjectError> {
+        let name = self.probe_name();
+        self.put(&name, b"probe".to_vec()).await?;
+        let meta = self.store.head(&Path::from(name.as_str())).await;
+        let written_ms = meta.map(|meta| meta.last_modified.timestamp_millis());
+        self.delete(&name).await?;
+        let written_ms = written_ms.map_err(|source| failed(&name, source))?;
+        Ok(written_ms.saturating_add(1000))
+    }
+
     /// The name of an asset.
     #[must_use]
     pub fn asset_name(hash: &ContentHash) -> String {

@@ -37,7 +37,9 @@ pub struct HoldingAudit {
     pub job: JobId,
     /// The run.
     pub run: Run,
-    /// What the decision sees.
+    /// When it last changed, by whichever coordinator's clock: tells whether it has.
+    pub changed_ms: i64,
+    /// What the decision sees; how long that has been so, the store cannot know.
     pub waiting: WaitingAudit,
 }
 
@@ -117,14 +119,14 @@ impl Store {
         Ok(Some((job, Claimed { id, runs })))
     }
 
-    /// Audits that alone keep a frame from ending; notes since when they do.
+    /// Audits that alone keep a frame from ending.
     ///
     /// # Errors
     /// The database failed.
-    pub async fn holding_audits(&self, now_ms: i64) -> Result<Vec<HoldingAudit>, StoreError> {
+    pub async fn holding_audits(&self) -> Result<Vec<HoldingAudit>, StoreError> {
         let rows = sqlx::query(
             "SELECT a.job, a.frame, a.tile, a.block0, a.block1, a.lease, a.claims, a.tries, \
-             a.changed_ms, a.due_ms, coalesce(p.worker, '') AS worker FROM audit a \
+             a.changed_ms, coalesce(p.worker, '') AS worker FROM audit a \
              JOIN frame f ON f.job = a.job AND f.frame = a.frame JOIN job j ON j.id = a.job \
              LEFT JOIN part p ON p.job = a.job AND p.frame = a.frame AND p.tile = a.tile \
              AND p.block0 = a.block0 WHERE f.film_hash IS NULL AND f.units_done >= f.units_due \
@@ -142,31 +144,18 @@ impl Store {
             let held = HoldingAudit {
                 job: JobId(int(row, "job")?),
                 run: run_of(row)?,
+                changed_ms: int(row, "changed_ms")?,
                 waiting: WaitingAudit {
                     claimants,
                     leased: int(row, "lease")? > 0,
                     tries: count(row, "tries")?,
-                    changed_ms: int(row, "changed_ms")?,
-                    due_ms: int(row, "due_ms")?,
+                    held_ms: 0,
+                    waited_ms: 0,
                 },
             };
-            if held.waiting.due_ms == 0 {
-                self.note_due(&held, now_ms).await?;
-            }
             found.push(held);
         }
         Ok(found)
-    }
-
-    async fn note_due(&self, held: &HoldingAudit, now_ms: i64) -> Result<(), StoreError> {
-        let note = at_run(
-            "UPDATE audit SET due_ms = $6 WHERE job = $1 AND frame = $2 AND tile = $3 \
-             AND block0 = $4 AND block1 = $5 AND due_ms = 0",
-            held.job,
-            &held.run,
-        );
-        let noted = note.bind(now_ms).execute(&self.write).await;
-        noted.attempt("note audit").map(drop)
     }
 
     /// Give an audit up; false when it is gone.

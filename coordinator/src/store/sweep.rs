@@ -7,6 +7,9 @@ use super::open::Store;
 const IDEMPOTENCY_MS: i64 = 24 * 3600 * 1000;
 /// How long ended leases and silent workers are remembered: a day.
 const HISTORY_MS: i64 = 24 * 3600 * 1000;
+/// How long it is remembered who computed wrongly: longer than any process of a worker
+/// lasts, and than any clock is ahead.
+const DISTRUST_MS: i64 = 90 * HISTORY_MS;
 
 impl Store {
     /// Whether any row names this object.
@@ -42,7 +45,7 @@ impl Store {
                 "DELETE FROM distrust WHERE at_ms < $1 \
                  AND NOT EXISTS (SELECT 1 FROM worker w WHERE w.instance = distrust.worker) \
                  AND NOT EXISTS (SELECT 1 FROM part p WHERE p.worker = distrust.worker)",
-                HISTORY_MS,
+                DISTRUST_MS,
             ),
         ] {
             sqlx::query(statement)
