@@ -40,6 +40,8 @@ impl Store {
                 HISTORY_MS,
             ),
             ("DELETE FROM worker WHERE seen_ms < $1", HISTORY_MS),
+            // A coordinator's clock was ahead: else they would stay until that time comes.
+            ("UPDATE asset SET used_ms = $1 - 1 WHERE used_ms > $1", 0),
             // Instances are never used again; what they delivered must stay marked.
             (
                 "DELETE FROM distrust WHERE at_ms < $1 \

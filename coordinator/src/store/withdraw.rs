@@ -8,6 +8,7 @@ use super::error::{Attempt, StoreError};
 use super::folds::FrameTile;
 use super::log::{Event, log_change};
 use super::open::Store;
+use super::order::lock_job;
 use super::rows::{JobRow, big, count, int, optional_text, small};
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
@@ -114,6 +115,7 @@ impl Store {
         now_ms: i64,
     ) -> Result<Withdrawn, StoreError> {
         let mut tx = self.begin().await?;
+        hold(&mut tx, at.job, at.frame, Some(at.tile)).await?;
         let mut gone = parts(&mut tx, at.job, at.frame, Some(at.tile)).await?;
         if gone.iter().all(|part| !part.wrong) {
             return Ok(Withdrawn::default());
@@ -157,6 +159,7 @@ impl Store {
         now_ms: i64,
     ) -> Result<Withdrawn, StoreError> {
         let mut tx = self.begin().await?;
+        hold(&mut tx, job.id, frame, None).await?;
         let gone = parts(&mut tx, job.id, frame, None).await?;
         if gone.iter().all(|part| !part.wrong) {
             return Ok(Withdrawn::default());
@@ -178,6 +181,26 @@ impl Store {
         tx.commit().await.attempt("commit withdrawal")?;
         Ok(withdrawn)
     }
+}
+
+/// Take the units of a tile, or of a whole frame, and the job, before anything is read:
+/// another coordinator withdraws the same, counts or folds before or after, never between.
+async fn hold(
+    tx: &mut Transaction<'static, Any>,
+    job: JobId,
+    frame: u32,
+    tile: Option<u32>,
+) -> Result<(), StoreError> {
+    sqlx::query(
+        "UPDATE unit SET state = state WHERE job = $1 AND frame = $2 AND ($3 < 0 OR tile = $3)",
+    )
+    .bind(job.0)
+    .bind(i64::from(frame))
+    .bind(tile.map_or(-1, i64::from))
+    .execute(&mut **tx)
+    .await
+    .attempt("take units")?;
+    lock_job(tx, job).await.map(drop)
 }
 
 /// The counted parts of a tile, or of a whole frame.

@@ -1,5 +1,6 @@
 //! Faults happen, and are mended.
 
+use super::database::Database;
 use super::farm::{COORDINATORS, Chaos, WORKERS, faketime};
 use super::faults::{Breakable, ClockOff, Fault, draw};
 use super::line::Weather;
@@ -14,7 +15,7 @@ impl Chaos {
     fn can_break(&self, fault: Fault) -> bool {
         let awake = |who| !self.asleep.contains(&who);
         let database = self.stores.database.as_ref();
-        let database_is_up = database.is_some_and(|it| it.is_up()) && awake(Who::Database);
+        let database_is_up = database.is_some_and(Database::is_up) && awake(Who::Database);
         match fault {
             Fault::KillWorker(n) => self.sites[n].worker.is_some(),
             Fault::StopWorker(n, _) => self.sites[n].worker.is_some() && awake(Who::Worker(n)),
@@ -131,7 +132,7 @@ impl Chaos {
             .stores
             .database
             .as_mut()
-            .is_some_and(|it| it.look_after())
+            .is_some_and(Database::look_after)
         {
             println!("{:7.1} s  the database ended by itself", self.now_s());
         }

@@ -5,7 +5,7 @@ use crate::common::stores::{psql, variable};
 use crate::common::until;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 
 const PASSWORD: &str = "farm-secret";
 
@@ -52,7 +52,7 @@ impl Database {
         until("the database is ready", || {
             let mut ready = Command::new(program("pg_isready"));
             ready.args(["-q", "-d", &server]);
-            ready.status().ok().filter(|status| status.success())
+            ready.status().ok().filter(ExitStatus::success)
         });
         psql(&server, &["-c", "CREATE DATABASE farm"]);
         database
