@@ -118,6 +118,8 @@ impl Store {
         hold(&mut tx, at.job, at.frame, Some(at.tile)).await?;
         let mut gone = parts(&mut tx, at.job, at.frame, Some(at.tile)).await?;
         if gone.iter().all(|part| !part.wrong) {
+            // Now: claims pass by what is held.
+            tx.rollback().await.attempt("let go")?;
             return Ok(Withdrawn::default());
         }
         let film = gone.iter().any(|part| part.wrong && part.object.is_none());
@@ -162,6 +164,8 @@ impl Store {
         hold(&mut tx, job.id, frame, None).await?;
         let gone = parts(&mut tx, job.id, frame, None).await?;
         if gone.iter().all(|part| !part.wrong) {
+            // Now: claims pass by what is held.
+            tx.rollback().await.attempt("let go")?;
             return Ok(Withdrawn::default());
         }
         let (mut less, plan) = (Less::default(), job.plan());
