@@ -78,4 +78,3 @@ pub(crate) fn try_ask(
         body: body.to_owned(),
     })
 }
-}
