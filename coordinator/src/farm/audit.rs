@@ -11,13 +11,14 @@ pub const WHOLE_PPM: u32 = 1_000_000;
 /// itself must be at fault.
 const CLAIMS_MAX: usize = 5;
 /// Leases of an audit that may bring nothing before it is given up; not within
-/// [`IDLE_WAIT_MS`]: workers may be killed, and a coordinator whose clock is wrong ends
+/// [`LEASED_WAIT_MS`]: workers may be killed, and a coordinator whose clock is wrong ends
 /// leases too soon.
 const TRIES_MAX: u64 = 3;
 /// How long the end of a frame waits for an audit that nobody works on: longer than a
 /// present worker takes to ask for work (its poll and its present lease).
 const IDLE_WAIT_MS: i64 = 60_000;
-/// How long it waits for one that a worker has under way: a run of the slowest worker.
+/// How long it waits for one that a worker has under way, a run of the slowest worker, and
+/// for a further answer where two differ and somebody could give it.
 const LEASED_WAIT_MS: i64 = 10 * 60_000;
 
 /// What a worker delivered for a run.
@@ -105,17 +106,20 @@ pub fn judge(claims: &[Claim]) -> AuditVerdict {
 /// worker waits for nobody.
 #[must_use]
 pub fn audit_waits(audit: &WaitingAudit, present: &[&str]) -> bool {
-    let waited_ms = audit.waited_ms;
-    if audit.leased {
-        return waited_ms < LEASED_WAIT_MS;
-    }
     let is_other = |worker: &&str| audit.claimants.iter().all(|claimant| claimant != *worker);
+    let others = present.iter().any(is_other);
     let disputed = audit.claimants.len() > 1;
-    let is_tried = audit.tries >= TRIES_MAX && audit.held_ms >= IDLE_WAIT_MS;
-    !is_tried
-        && waited_ms < IDLE_WAIT_MS
-        // A third one may yet come: two answers are worse than a minute.
-        && (disputed || present.iter().any(is_other))
+    let patience_ms = if audit.leased || (disputed && others) {
+        LEASED_WAIT_MS
+    } else {
+        IDLE_WAIT_MS
+    };
+    if audit.waited_ms >= patience_ms {
+        return false;
+    }
+    let is_tried = audit.tries >= TRIES_MAX && audit.held_ms >= LEASED_WAIT_MS;
+    // A third one may yet come: two answers are worse than a minute.
+    audit.leased || (!is_tried && (disputed || others))
 }
 
 #[cfg(test)]
@@ -216,14 +220,15 @@ mod tests {
             ..audit.clone()
         };
         assert!(!audit_waits(&long, &["a", "b"]));
+        assert!(audit_waits(&long, &["a", "b", "c"]), "it could be asked");
         let failing = WaitingAudit {
             tries: TRIES_MAX,
-            held_ms: 59_000,
+            held_ms: 599_000,
             ..audit
         };
         assert!(audit_waits(&failing, &["c"]));
         let long = WaitingAudit {
-            held_ms: 60_000,
+            held_ms: 600_000,
             ..failing
         };
         assert!(!audit_waits(&long, &["c"]));
