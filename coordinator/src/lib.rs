@@ -37,7 +37,9 @@ pub use webhook::{CallerError, Secret};
 
 use access::NewToken;
 use app::App;
-use serve::{Listener, Serving, Tls};
+use axum::Extension;
+use axum::extract::ConnectInfo;
+use serve::{Listener, Peer, Serving, Tls};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::Duration;
@@ -108,6 +110,17 @@ impl Coordinator {
     #[must_use]
     pub const fn addr(&self) -> SocketAddr {
         self.addr
+    }
+
+    /// Every route, without the connections before them: requests put into it count
+    /// as those of this machine. For tests and fuzzing, which so need no sockets.
+    ///
+    /// # Errors
+    /// See [`StartError`].
+    pub fn router(&self) -> Result<axum::Router, StartError> {
+        let peer = ConnectInfo(Peer::at(self.addr));
+        let router = api::router(Arc::clone(&self.app))?;
+        Ok(router.layer(Extension(peer)))
     }
 
     /// Read certificates and keys again, for further connections; without TLS

@@ -23,7 +23,8 @@ pub(crate) struct Peer {
 }
 
 impl Peer {
-    fn at(addr: SocketAddr) -> Self {
+    /// One without a certificate.
+    pub(crate) fn at(addr: SocketAddr) -> Self {
         let certified = Arc::default();
         Self { addr, certified }
     }
