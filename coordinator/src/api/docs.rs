@@ -1,9 +1,9 @@
 //! The API as a page for people. Everything it needs is in the binary: it works
 //! without a network, and its policy forbids it any.
 
+use super::extract::Segment;
 use super::problem::ApiError;
 use axum::Extension;
-use axum::extract::Path;
 use axum::http::{HeaderName, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use shearwater_shared::routes;
@@ -43,7 +43,7 @@ pub(super) async fn index(Extension(config): Extension<Arc<Config<'static>>>) ->
 
 /// A file of the page.
 pub(super) async fn file(
-    Path(name): Path<String>,
+    Segment(name): Segment,
     Extension(config): Extension<Arc<Config<'static>>>,
 ) -> Response {
     serve(&name, config).into_response()

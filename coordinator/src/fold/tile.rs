@@ -131,12 +131,51 @@ fn join(loaded: Loaded, pixels: usize) -> Result<TileFilm, FoldError> {
         }
         None => TileFilm::zero(pixels),
     };
-    // Adding nothing checks the size of a stored film.
-    film.add_film(&TileFilm::zero(pixels)).map_err(unfit)?;
+    // The bytes are those that were written; the numbers may still be anything.
+    film.check(pixels).map_err(unfit)?;
     for (name, bytes) in loaded.parts {
         let sums =
             wire::decode_sums(&bytes).map_err(|source| FoldError::Damaged { name, source })?;
         film.add(&sums).map_err(unfit)?;
     }
     Ok(film)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    // Found by fuzzing: such films were read with an index out of bounds, or summed
+    // beyond 128 bits.
+    #[test]
+    fn a_stored_film_that_cannot_be_is_an_error() {
+        let joined = |film: &TileFilm| {
+            let bytes = wire::encode_film(film).expect("message");
+            let film = Some(("film".to_owned(), Bytes::from(bytes)));
+            let parts = Vec::new();
+            join(
+                Loaded {
+                    tile: 0,
+                    film,
+                    parts,
+                },
+                4,
+            )
+        };
+        assert!(joined(&TileFilm::zero(4)).is_ok());
+        for spoil in [
+            |film: &mut TileFilm| film.radiance[1].truncate(3),
+            |film: &mut TileFilm| film.radiance[0].push(0),
+            |film: &mut TileFilm| film.features.truncate(1),
+            |film: &mut TileFilm| film.radiance[0][2] = i128::MAX,
+            |film: &mut TileFilm| film.samples_per_half = u64::MAX,
+        ] {
+            let mut film = TileFilm::zero(4);
+            spoil(&mut film);
+            assert!(
+                matches!(joined(&film), Err(FoldError::Film { tile: 0, .. })),
+                "{film:?}"
+            );
+        }
+    }
 }

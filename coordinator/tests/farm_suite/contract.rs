@@ -135,4 +135,6 @@ async fn the_page_for_people_needs_nobody_else() {
     let start = start.text().await.expect("script");
     assert!(start.contains(routes::OPENAPI), "{start}");
     problem(farm.get("/docs/nothing").await, 404, "no-route").await;
+    // Found by fuzzing: it was refused with plain text.
+    problem(farm.get("/docs/%ff").await, 400, "bad-request").await;
 }

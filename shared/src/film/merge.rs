@@ -1,7 +1,8 @@
 //! The merged film of a tile, and the hash of a whole film.
 
-use super::{BadSamples, Brightness, FEATURE_CHANNELS, FIXED_ONE, TileSums};
+use super::{BadSamples, Brightness, FEATURE_CHANNELS, FIXED_ONE, TileSums, fixed};
 use crate::hash::ContentHash;
+use crate::limits::{FEATURE_SAMPLES, SAMPLES_MAX};
 use crate::plan::Plan;
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +64,42 @@ impl TileFilm {
         self.radiance[0].len() / 3
     }
 
+    /// Whether this can be a film of a tile of `pixels` pixels: its shape, and sums
+    /// that its samples can reach. For what comes out of a store.
+    ///
+    /// # Errors
+    /// Says which part does not fit.
+    pub fn check(&self, pixels: usize) -> Result<(), FilmError> {
+        if self.radiance.iter().any(|half| half.len() != 3 * pixels)
+            || self.features.len() != FEATURE_CHANNELS * pixels
+        {
+            return Err(FilmError::Pixels {
+                tile: pixels,
+                part: self.pixels(),
+            });
+        }
+        if self.samples_per_half > u64::from(SAMPLES_MAX / 2)
+            || self.feature_samples > u64::from(2 * FEATURE_SAMPLES)
+        {
+            return Err(FilmError::Shape("more samples than a job can have"));
+        }
+        let reach = |samples: u64| i128::from(samples) * i128::from(fixed::FIXED_SAMPLE_MAX);
+        let most = reach(self.samples_per_half);
+        let mut sums = self.radiance.iter().flatten();
+        if sums.any(|&sum| sum < 0 || sum > most) {
+            return Err(FilmError::Shape(
+                "a radiance sum is negative or larger than its samples can reach",
+            ));
+        }
+        let most = reach(self.feature_samples);
+        if self.features.iter().any(|&sum| sum < -most || sum > most) {
+            return Err(FilmError::Shape(
+                "a feature sum is larger than its samples can reach",
+            ));
+        }
+        Ok(())
+    }
+
     /// Add one part.
     ///
     /// # Errors
@@ -92,7 +129,9 @@ impl TileFilm {
     /// The film has another number of pixels.
     pub fn add_film(&mut self, other: &Self) -> Result<(), FilmError> {
         let (tile, part) = (self.pixels(), other.pixels());
-        if tile != part || other.features.len() != self.features.len() {
+        let halves = self.radiance.iter().zip(&other.radiance);
+        let fits = halves.into_iter().all(|(a, b)| a.len() == b.len());
+        if !fits || other.features.len() != self.features.len() {
             return Err(FilmError::Pixels { tile, part });
         }
         for (sums, add) in self.radiance.iter_mut().zip(&other.radiance) {

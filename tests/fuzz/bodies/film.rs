@@ -22,10 +22,12 @@ pub fn film(data: &[u8]) {
     let film = wire::decode_film(&sealed(version, film));
     let sums = wire::decode_sums(&sealed(version, sums));
     let mut film = film.unwrap_or_else(|_| TileFilm::zero(PIXELS));
-    if film.add_film(&TileFilm::zero(PIXELS)).is_err() {
+    if film.check(PIXELS).is_err() {
         return;
     }
     show(&film);
+    film.add_film(&TileFilm::zero(PIXELS))
+        .expect("as many pixels");
     let sums = sums.unwrap_or_else(|_| TileSums::zero(PIXELS, &(0..2)));
     if film.add(&sums).is_ok() {
         show(&film);
