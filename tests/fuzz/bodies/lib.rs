@@ -24,8 +24,11 @@ pub use query::query;
 pub use scene::scene;
 pub use wire::wire;
 
+/// A target: what it does with one input.
+pub type Target = fn(&[u8]);
+
 /// Every target by name, for the replay.
-pub const TARGETS: [(&str, fn(&[u8])); 6] = [
+pub const TARGETS: [(&str, Target); 6] = [
     ("wire", wire),
     ("film", film),
     ("scene", scene),

@@ -51,7 +51,7 @@ const TABLES_EVERY: u8 = 16;
 
 /// Whether this input is one of those that are built although they need tables.
 pub(super) fn may_need_tables(data: &[u8]) -> bool {
-    ContentHash::of(data).as_bytes()[0] % TABLES_EVERY == 0
+    ContentHash::of(data).as_bytes()[0].is_multiple_of(TABLES_EVERY)
 }
 
 /// Files by name.
