@@ -1,10 +1,16 @@
 //! What requests and background tasks share.
 
 use crate::access::{Rates, Tokens};
+use crate::beats;
 use crate::config::{Config, StartError};
+use crate::counting;
+use crate::dispatch::{self, Question};
+use crate::gather::{Gathered, Gatherer, gather};
+use crate::known::Known;
 use crate::metrics::{About, Metrics};
 use crate::objects::{Objects, ObjectsUrl};
-use crate::store::{DatabaseUrl, Engine, Store, StoreError};
+use crate::presence::{self, Presence};
+use crate::store::{Beat, DatabaseUrl, Engine, PartRecord, Store, StoreError, WorkerRow};
 use crate::trouble::Troubles;
 use crate::webhook::Caller;
 use std::fmt::Write;
@@ -23,6 +29,8 @@ const DEVELOPS_MAX: usize = 2;
 /// Requests that wait for an event (lease polls and event streams): each holds
 /// a connection and little else.
 const WAITERS_MAX: usize = 10_000;
+/// Heartbeats that stand in line: one of each worker that may wait.
+const BEATS_MAX: usize = 10_000;
 
 /// The state of a running coordinator; nothing in it outlives the process.
 #[derive(Debug)]
@@ -33,6 +41,16 @@ pub(crate) struct App {
     pub(crate) webhooks: Caller,
     pub(crate) tokens: Tokens,
     pub(crate) rates: Rates,
+    /// Jobs as they were a moment ago.
+    pub(crate) known: Known,
+    /// Which workers are there.
+    pub(crate) presence: Presence,
+    /// Workers' questions for work.
+    pub(crate) questions: Gatherer<Question, dispatch::Answer>,
+    /// Results to be counted.
+    pub(crate) results: Gatherer<PartRecord, counting::Answer>,
+    /// Heartbeats.
+    pub(crate) beats: Gatherer<Vec<Beat>, beats::Answer>,
     /// Counts up when units become ready.
     pub(crate) work: watch::Sender<u64>,
     /// Counts up when a job changes.
@@ -46,7 +64,7 @@ pub(crate) struct App {
     /// True once the process is to end.
     pub(crate) stopping: watch::Sender<bool>,
     pub(crate) cpu: Arc<Semaphore>,
-    pub(crate) results: Semaphore,
+    pub(crate) results_under_way: Semaphore,
     pub(crate) uploads: Semaphore,
     pub(crate) develops: Arc<Semaphore>,
     pub(crate) waiters: Arc<Semaphore>,
@@ -63,13 +81,22 @@ pub(crate) struct Places {
     pub(crate) most: usize,
 }
 
+/// The other ends of what is gathered, for the tasks that answer.
+#[derive(Debug)]
+pub(crate) struct Lines {
+    pub(crate) newcomers: Gathered<WorkerRow, presence::Answer>,
+    pub(crate) questions: Gathered<Question, dispatch::Answer>,
+    pub(crate) results: Gathered<PartRecord, counting::Answer>,
+    pub(crate) beats: Gathered<Vec<Beat>, beats::Answer>,
+}
+
 /// A computation did not come to its end: it panicked, or the process ends.
 #[derive(Debug, thiserror::Error)]
 #[error("a computation was cut off: {0}")]
 pub struct CutOff(String);
 
 impl App {
-    pub(crate) async fn open(config: Config) -> Result<Self, StartError> {
+    pub(crate) async fn open(config: Config) -> Result<(Self, Lines), StartError> {
         let objects = open_objects(&config)?;
         let store = open_store(&config).await?;
         // Workers could not be heard while nobody listened.
@@ -77,7 +104,19 @@ impl App {
         store.prolong_all(until_ms).await?;
         let webhooks = Caller::new(&config)?;
         let metrics = Metrics::new(&about(&config, &store), &store.measures, &objects.measures);
-        Ok(Self {
+        let (newcomers, came) = gather(WAITERS_MAX);
+        let presence = Presence::new(newcomers);
+        presence.refresh(&store, now_ms()).await?;
+        let (questions, asked) = gather(WAITERS_MAX);
+        let (results, delivered) = gather(RESULTS_MAX);
+        let (beats, heard) = gather(BEATS_MAX);
+        let lines = Lines {
+            newcomers: came,
+            questions: asked,
+            results: delivered,
+            beats: heard,
+        };
+        let app = Self {
             tokens: Tokens::new(store.clone()),
             rates: Rates::default(),
             config,
@@ -91,11 +130,17 @@ impl App {
             metrics,
             stopping: watch::Sender::new(false),
             cpu: Arc::new(Semaphore::new(cpu_places())),
-            results: Semaphore::new(RESULTS_MAX),
+            results_under_way: Semaphore::new(RESULTS_MAX),
             uploads: Semaphore::new(UPLOADS_MAX),
             develops: Arc::new(Semaphore::new(DEVELOPS_MAX)),
             waiters: Arc::new(Semaphore::new(WAITERS_MAX)),
-        })
+            known: Known::default(),
+            presence,
+            questions,
+            results,
+            beats,
+        };
+        Ok((app, lines))
     }
 
     /// Whether everybody who reaches this coordinator may use it: its store never
@@ -109,7 +154,7 @@ impl App {
     pub(crate) fn places(&self) -> [Places; 5] {
         [
             ("waiters", &*self.waiters, WAITERS_MAX),
-            ("results", &self.results, RESULTS_MAX),
+            ("results", &self.results_under_way, RESULTS_MAX),
             ("uploads", &self.uploads, UPLOADS_MAX),
             ("develops", &*self.develops, DEVELOPS_MAX),
             ("computations", &*self.cpu, cpu_places()),

@@ -1,9 +1,13 @@
 //! What a coordinator does unasked: expiry, folding, finishing, sweeping.
 
-use crate::app::{App, now_ms};
+use crate::app::{App, Lines, now_ms};
 use crate::audit;
+use crate::beats;
+use crate::counting;
+use crate::dispatch;
 use crate::farm::QUARANTINE_MS;
 use crate::fold;
+use crate::presence;
 use crate::sweep::{Grace, Swept, finish_deletions, sweep};
 use crate::trouble;
 use crate::webhook;
@@ -11,11 +15,16 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::task::JoinHandle;
 
+/// How often the presence of workers is written and read.
+const KNOW_EVERY: Duration = Duration::from_secs(1);
 /// How often leases are looked through.
 const REAP_EVERY: Duration = Duration::from_secs(1);
 /// Longest wait of the folder when it is not woken: results that another
 /// coordinator took.
 const FOLD_EVERY: Duration = Duration::from_secs(1);
+/// Between two passes of the folder: each looks through what waits, and results come
+/// faster than that is worth. Short beside anything a person waits for.
+const FOLD_PAUSE: Duration = Duration::from_millis(30);
 /// Pause after an error, so that a broken disk does not fill the log.
 const ERROR_PAUSE: Duration = Duration::from_secs(2);
 /// How often the rest of jobs is looked for that another coordinator deleted.
@@ -24,8 +33,13 @@ const DELETIONS_EVERY: Duration = Duration::from_secs(60);
 const SWEEP_EVERY: Duration = Duration::from_secs(3600);
 
 /// Start every background task; each ends when the coordinator stops.
-pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
+pub(crate) fn start(app: &Arc<App>, lines: Lines) -> Vec<JoinHandle<()>> {
     vec![
+        tokio::spawn(dispatch::answer_all(Arc::clone(app), lines.questions)),
+        tokio::spawn(counting::count_all(Arc::clone(app), lines.results)),
+        tokio::spawn(beats::hear_all(Arc::clone(app), lines.beats)),
+        tokio::spawn(presence::welcome_all(Arc::clone(app), lines.newcomers)),
+        tokio::spawn(know_workers(Arc::clone(app))),
         tokio::spawn(reap(Arc::clone(app))),
         tokio::spawn(fold_all(Arc::clone(app))),
         tokio::spawn(sweep_all(Arc::clone(app))),
@@ -33,6 +47,19 @@ pub(crate) fn start(app: &Arc<App>) -> Vec<JoinHandle<()>> {
         tokio::spawn(trouble::watch(Arc::clone(app))),
         tokio::spawn(webhook::tell_all(Arc::clone(app))),
     ]
+}
+
+async fn know_workers(app: Arc<App>) {
+    loop {
+        tokio::time::sleep(KNOW_EVERY).await;
+        if app.troubles.database_is_away() {
+            continue;
+        }
+        if let Err(error) = app.presence.refresh(&app.store, now_ms()).await {
+            tracing::error!(%error, "presence of workers");
+            app.troubles.suspect();
+        }
+    }
 }
 
 async fn reap(app: Arc<App>) {
@@ -82,14 +109,16 @@ async fn fold_all(app: Arc<App>) {
     loop {
         changes.borrow_and_update();
         match fold::pass(&app, &mut watch).await {
-            Ok(0) => {
-                // A closed channel means that the coordinator is gone.
-                let wait = tokio::time::timeout(FOLD_EVERY, changes.changed()).await;
-                if matches!(wait, Ok(Err(_))) {
-                    return;
+            Ok(done) => {
+                if done == 0 {
+                    // A closed channel means that the coordinator is gone.
+                    let wait = tokio::time::timeout(FOLD_EVERY, changes.changed()).await;
+                    if matches!(wait, Ok(Err(_))) {
+                        return;
+                    }
                 }
+                tokio::time::sleep(FOLD_PAUSE).await;
             }
-            Ok(_) => {}
             Err(error) => {
                 tracing::error!(%error, "folding");
                 app.troubles.suspect();

@@ -14,14 +14,19 @@ mod api;
 mod app;
 mod audit;
 mod background;
+mod beats;
 mod config;
+mod counting;
 pub mod develop;
 mod dispatch;
 pub mod farm;
 pub mod fold;
+mod gather;
 mod gc;
+mod known;
 mod metrics;
 pub mod objects;
+mod presence;
 mod serve;
 pub mod store;
 pub mod sweep;
@@ -68,7 +73,8 @@ impl Coordinator {
     pub async fn start(config: Config) -> Result<Self, StartError> {
         config.check()?;
         let tls = config.tls.clone().map(Tls::load).transpose()?;
-        let app = Arc::new(App::open(config).await?);
+        let (app, lines) = App::open(config).await?;
+        let app = Arc::new(app);
         let listen = app.config.listen;
         for given in &app.config.tokens {
             let new = NewToken {
@@ -95,7 +101,7 @@ impl Coordinator {
             .map_err(|source| StartError::Listen { listen, source })?;
         let router = api::router(Arc::clone(&app))?;
         let server = serve::start(Listener::new(listener), router, tls.as_ref());
-        let tasks = background::start(&app);
+        let tasks = background::start(&app, lines);
         tracing::info!(%addr, "coordinator listens");
         Ok(Self {
             app,

@@ -4,9 +4,9 @@ use super::extract::{JsonBody, check_worker, no_job};
 use super::openapi::Fails;
 use super::problem::ApiError;
 use crate::app::{App, now_ms};
-use crate::dispatch::{Dispatch, dispatch};
+use crate::dispatch::{Dispatch, Question};
 use crate::farm::{QUARANTINE_MS, should_quarantine, unit_is_poison};
-use crate::store::WorkerRow;
+use crate::store::{Beat, WorkerRow};
 use crate::unit_log;
 use axum::Json;
 use axum::extract::State;
@@ -24,9 +24,6 @@ use std::sync::Arc;
 use std::time::Duration;
 use tokio::time::Instant;
 
-/// Most often that a waiting worker's question is asked again unasked, whatever
-/// the configuration says.
-const ASK_AGAIN_MIN: Duration = Duration::from_millis(10);
 /// Most leases that one worker names at once; it should hold two.
 const LEASES_NAMED_MAX: usize = 64;
 /// Longest reason of a failure that is kept, in characters.
@@ -60,49 +57,37 @@ pub(crate) async fn lease(
         request.samples_per_s = 0.0;
     }
     let _waiter = app.waiters.try_acquire().map_err(|_| ApiError::Busy)?;
-    app.store
-        .worker_asked(&WorkerRow {
-            instance: request.worker.instance.clone(),
-            name: request.worker.name.clone(),
-            threads: request.threads,
-            milli_samples_per_s: (request.samples_per_s * 1000.0) as u64,
-            seen_ms: now_ms(),
-            distrusted: false,
-            quarantined_until_ms: 0,
-            quarantine_reason: None,
-        })
-        .await?;
+    let row = WorkerRow {
+        instance: request.worker.instance.clone(),
+        name: request.worker.name.clone(),
+        threads: request.threads,
+        milli_samples_per_s: (request.samples_per_s * 1000.0) as u64,
+        seen_ms: now_ms(),
+        distrusted: false,
+        quarantined_until_ms: 0,
+        quarantine_reason: None,
+    };
+    app.presence.asked(row).await?;
     let wait = Duration::from_millis(request.wait_ms.min(LEASE_WAIT_MS_MAX));
     let deadline = Instant::now() + wait;
-    let ask_again_ms = app.config.ask_again_ms.min(LEASE_WAIT_MS_MAX);
-    let ask_again = Duration::from_millis(ask_again_ms).max(ASK_AGAIN_MIN);
-    let mut work = app.work.subscribe();
+    let worker = request.worker.clone();
     let mut stopping = app.stopping.subscribe();
-    loop {
-        work.borrow_and_update();
-        match dispatch(&app, &request).await? {
-            Dispatch::Lease(lease) => {
-                app.metrics.leases.waited(asked.elapsed());
-                unit_log::leased(&lease, &request.worker);
-                return Ok(Json(*lease).into_response());
-            }
-            Dispatch::Quarantined(until_ms, reason) => {
-                let seconds = (until_ms - now_ms()).max(0) / 1000;
-                return Err(ApiError::Quarantined(seconds, reason));
-            }
-            Dispatch::Nothing => {}
+    let answer = tokio::select! {
+        answer = app.questions.ask(Question { request, deadline }) => answer,
+        _ = stopping.wait_for(|stop| *stop) => None,
+    };
+    match answer.transpose()? {
+        Some(Dispatch::Lease(lease)) => {
+            app.metrics.leases.waited(asked.elapsed());
+            unit_log::leased(&lease, &worker);
+            Ok(Json(*lease).into_response())
         }
-        let again = deadline.min(Instant::now() + ask_again);
-        tokio::select! {
-            changed = work.changed() => if changed.is_err() { break },
-            stop = stopping.wait_for(|stop| *stop) => { let _ = stop; break }
-            () = tokio::time::sleep_until(again) => {}
+        Some(Dispatch::Quarantined(until_ms, reason)) => {
+            let seconds = (until_ms - now_ms()).max(0) / 1000;
+            Err(ApiError::Quarantined(seconds, reason))
         }
-        if Instant::now() >= deadline {
-            break;
-        }
+        Some(Dispatch::Nothing) | None => Ok(StatusCode::NO_CONTENT.into_response()),
     }
-    Ok(StatusCode::NO_CONTENT.into_response())
 }
 
 fn check_build(app: &App, request: &LeaseRequest) -> Result<(), ApiError> {
@@ -156,18 +141,19 @@ pub(crate) async fn heartbeat(
     check_worker(&request.worker)?;
     check_leases(&request.leases)?;
     let (instance, now_ms) = (&request.worker.instance, now_ms());
-    app.store.worker_seen(instance, now_ms).await?;
-    let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
-    app.store
-        .prolong(instance, &request.leases, until_ms)
-        .await?;
+    app.presence.seen(instance, now_ms);
+    if request.leases.is_empty() {
+        return Ok(Json(HeartbeatResponse { drop: Vec::new() }));
+    }
+    let beat = |&lease: &i64| Beat {
+        lease,
+        worker: instance.clone(),
+    };
+    let beats = request.leases.iter().map(beat).collect();
+    let wanted = app.beats.ask(beats).await.ok_or(ApiError::Busy)??;
     let mut drop = Vec::new();
     for &id in &request.leases {
-        let wanted = match app.store.lease(id).await? {
-            Some(lease) if lease.worker == *instance => app.store.lease_is_wanted(&lease).await?,
-            _ => false,
-        };
-        if !wanted {
+        if !wanted.contains(&id) {
             app.store.release(instance, id, now_ms).await?;
             drop.push(id);
         }
@@ -240,6 +226,7 @@ pub(crate) async fn failure(
         app.store
             .quarantine(instance, now_ms() + QUARANTINE_MS, &why)
             .await?;
+        app.presence.refresh(&app.store, now_ms()).await?;
     }
     app.work_came();
     Ok(StatusCode::NO_CONTENT)

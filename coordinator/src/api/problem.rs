@@ -213,13 +213,11 @@ pub(crate) fn panicked(cause: Box<dyn std::any::Any + Send + 'static>) -> Respon
 impl From<StoreError> for ApiError {
     fn from(error: StoreError) -> Self {
         let cause = error.to_string();
-        match error {
-            StoreError::Sql { .. } => Self::Unavailable {
-                what: "database",
-                cause,
-            },
-            _ => Self::Internal(cause),
+        if error.is_of_database() {
+            let what = "database";
+            return Self::Unavailable { what, cause };
         }
+        Self::Internal(cause)
     }
 }
 

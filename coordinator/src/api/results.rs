@@ -56,23 +56,43 @@ async fn take(
     headers: HeaderMap,
     body: Body,
 ) -> Result<Json<ResultResponse>, ApiError> {
-    let _permit = app.results.acquire().await.map_err(|_| ApiError::Busy)?;
+    let _permit = app
+        .results_under_way
+        .acquire()
+        .await
+        .map_err(|_| ApiError::Busy)?;
     let body = read_body(&headers, body, wire::CONTENT_TYPE, MESSAGE_BYTES_MAX).await?;
     let _timed = app.metrics.results.received(body.len());
-    let upload = app
-        .compute(move || wire::decode_part(&body))
+    let sealed = app
+        .compute(move || wire::decode_part(&body).and_then(seal))
         .await?
         .map_err(refusal)?;
+    let upload = &sealed.upload;
     check_numeric_build(&app, &upload.build)?;
-    let job = app.store.job(upload.job).await?;
-    let job = job.ok_or_else(|| no_job(upload.job))?;
-    check_build(&job, &upload.build)?;
-    check(&job, &upload)?;
+    let job = known_job(&app, upload).await?;
     // A client that goes away must not stop this between object and row.
     let counting = Arc::clone(&app);
-    let span = unit_log::span(&upload);
-    let task = tokio::spawn(async move { count(&counting, &job, upload).await }.instrument(span));
+    let span = unit_log::span(upload);
+    let task = tokio::spawn(async move { count(&counting, &job, sealed).await }.instrument(span));
     task.await.map_err(|e| ApiError::Internal(e.to_string()))?
+}
+
+/// The job of a result that may be of it.
+async fn known_job(app: &App, upload: &PartUpload) -> Result<Arc<JobRow>, ApiError> {
+    let known = app.known.job(&app.store, upload.job).await?;
+    if let Some(job) = known
+        && check_build(&job, &upload.build)
+            .and_then(|()| check(&job, upload))
+            .is_ok()
+    {
+        return Ok(job);
+    }
+    // It may have changed since: samples are added to jobs.
+    let job = app.known.job_now(&app.store, upload.job).await?;
+    let job = job.ok_or_else(|| no_job(upload.job))?;
+    check_build(&job, &upload.build)?;
+    check(&job, upload)?;
+    Ok(job)
 }
 
 /// Refuse what another numeric build than the job's rendered.
@@ -147,28 +167,37 @@ fn check(job: &JobRow, upload: &PartUpload) -> Result<(), ApiError> {
     Ok(())
 }
 
-/// The hash that tells equal results from unequal ones, and the bytes to keep.
-fn seal(mut upload: PartUpload) -> Result<(PartUpload, ContentHash, Vec<u8>), WireError> {
+/// A result with what is kept of it.
+struct Sealed {
+    upload: PartUpload,
+    /// Tells equal results from unequal ones.
+    sums_hash: ContentHash,
+    /// The sums.
+    bytes: Vec<u8>,
+}
+
+fn seal(mut upload: PartUpload) -> Result<Sealed, WireError> {
     // Which bad samples are described may depend on the order of threads.
     let listed = std::mem::take(&mut upload.sums.bad.listed);
     let mut bytes = wire::encode_sums(&upload.sums)?;
-    let hash = ContentHash::of(&bytes);
+    let sums_hash = ContentHash::of(&bytes);
     if !listed.is_empty() {
         upload.sums.bad.listed = listed;
         bytes = wire::encode_sums(&upload.sums)?;
     }
-    Ok((upload, hash, bytes))
+    Ok(Sealed {
+        upload,
+        sums_hash,
+        bytes,
+    })
 }
 
-async fn count(
-    app: &App,
-    job: &JobRow,
-    upload: PartUpload,
-) -> Result<Json<ResultResponse>, ApiError> {
-    let (upload, sums_hash, bytes) = app
-        .compute(move || seal(upload))
-        .await?
-        .map_err(|e| ApiError::Internal(e.to_string()))?;
+async fn count(app: &App, job: &JobRow, sealed: Sealed) -> Result<Json<ResultResponse>, ApiError> {
+    let Sealed {
+        upload,
+        sums_hash,
+        bytes,
+    } = sealed;
     let part = PartRecord {
         job: upload.job,
         run: upload.run,
@@ -192,17 +221,12 @@ async fn count(
         let frame = job.settings.absolute_frame(part.run.frame);
         tracing::warn!(job = part.job.0, frame, ?bad, "bad sample");
     }
-    let outcome = match app.store.counted_before(&part, now_ms()).await? {
-        Some(outcome) => outcome,
-        None => {
-            app.objects.put(&part.object, bytes).await?;
-            let outcome = app.store.commit(&part, now_ms()).await?;
-            if outcome != CommitOutcome::Counted {
-                app.objects.delete(&part.object).await?;
-            }
-            outcome
-        }
-    };
+    app.objects.put(&part.object, bytes).await?;
+    let outcome = app.results.ask(part.clone()).await;
+    let outcome = outcome.ok_or(ApiError::Busy)??;
+    if outcome != CommitOutcome::Counted {
+        app.objects.delete(&part.object).await?;
+    }
     tracing::debug!(?outcome, samples = part.samples, "result");
     answer(app, &part, outcome).await
 }
@@ -244,14 +268,18 @@ async fn answer(
             Err(ApiError::Quarantined(seconds, reason.unwrap_or_default()))
         }
         CommitOutcome::Ended => Err(ApiError::Ended(part.job.0)),
-        CommitOutcome::Unknown => Err(ApiError::Invalid(
-            "run: nobody was given this run yet; send only what was leased".into(),
-        )),
+        CommitOutcome::Unknown => {
+            let job = app.known.job_now(&app.store, part.job).await?;
+            job.ok_or_else(|| no_job(part.job))?;
+            Err(ApiError::Invalid(
+                "run: nobody was given this run yet; send only what was leased".into(),
+            ))
+        }
     }
 }
 
 async fn fail_if_too_bad(app: &App, id: JobId, frame: u32) -> Result<(), ApiError> {
-    let Some(job) = app.store.job(id).await? else {
+    let Some(job) = app.known.job(&app.store, id).await? else {
         return Ok(());
     };
     let bad = app.store.bad_samples(id, frame).await?;

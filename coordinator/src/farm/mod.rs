@@ -13,6 +13,7 @@ mod failure;
 mod forecast;
 mod lease_size;
 mod runs;
+mod share_out;
 mod state;
 mod webhook;
 
@@ -29,5 +30,6 @@ pub use failure::{
 pub use forecast::{nmse_at, samples_to_error};
 pub use lease_size::{Sizing, lease_units};
 pub use runs::{Unit, cut_runs};
+pub use share_out::{Failed, Wish, share_out};
 pub use state::{JobCounts, job_state};
 pub use webhook::{TRIES_MS, TRY_MS, Told, ahead_ms_max, pause_ms, webhook_state};

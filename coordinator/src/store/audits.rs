@@ -4,7 +4,7 @@
 //! An auditor gets a lease like any other and does not know that it audits: its result
 //! is a repetition of a counted run, and every such repetition is a claim.
 
-use super::claim::{Claimed, NewLease, insert_lease, mark_running};
+use super::claim::{Claimed, Lives, NewLease, insert_leases, mark_running};
 use super::commit::PartRecord;
 use super::error::{Attempt, StoreError, corrupt};
 use super::log::{Event, log_change};
@@ -86,9 +86,9 @@ impl Store {
         let id = next_id(&mut tx, "lease").await?;
         tx.commit().await.attempt("commit number of lease")?;
         let mut tx = self.begin().await?;
-        if !mark_running(&mut tx, job, now_ms).await? {
+        let Some(running) = mark_running(&mut tx, job, 1, now_ms).await? else {
             return Ok(None);
-        }
+        };
         let mut runs = Vec::with_capacity(wanted.len());
         for (job, run) in wanted {
             let taken = at_run(
@@ -102,21 +102,39 @@ impl Store {
                 runs.push(run);
             }
         }
-        let lease = NewLease {
-            id,
-            job,
-            worker,
-            runs: &runs,
-            now_ms,
-            until_ms,
-            kind: LogKind::AuditLeased,
-        };
         if runs.is_empty() {
             return Ok(None);
         }
-        insert_lease(&mut tx, &lease).await?;
+        let lives = Lives {
+            job,
+            now_ms,
+            until_ms,
+        };
+        let lease = NewLease {
+            id,
+            worker,
+            runs: &runs,
+        };
+        let kind = LogKind::AuditLeased;
+        insert_leases(&mut tx, self.engine, &lives, running, kind, &[lease]).await?;
         tx.commit().await.attempt("commit audit lease")?;
-        Ok(Some((job, Claimed { id, runs })))
+        let extended = running.extended;
+        Ok(Some((job, Claimed { id, runs, extended })))
+    }
+
+    /// Counted runs that wait for a worker to render them again.
+    ///
+    /// # Errors
+    /// The database failed.
+    pub async fn free_audits(&self) -> Result<u64, StoreError> {
+        let row = sqlx::query(
+            "SELECT count(*) AS free FROM audit a JOIN job j ON j.id = a.job WHERE a.lease = 0 \
+             AND j.finished_ms IS NULL AND j.paused_ms IS NULL",
+        )
+        .fetch_one(&self.read)
+        .await
+        .attempt("count audits")?;
+        count(&row, "free")
     }
 
     /// Audits that alone keep a frame from ending.

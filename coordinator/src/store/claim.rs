@@ -1,37 +1,35 @@
 //! Units become leased: fresh ones, or once more at the end of a job.
+//!
+//! Workers that ask at the same time are served by one transaction: the cost of a
+//! claim is that of its statements, and each of them takes a list.
 
 use super::error::{Attempt, StoreError};
-use super::log::{Event, log};
+use super::fresh::ready_units;
+use super::lists::{Listed, list, listed};
+use super::log::{Event, log_all};
 use super::open::{Engine, Store};
-use super::rows::{big, runs_text, small};
-use super::submit::next_id;
-use super::time_up::withhold;
-use crate::farm::Unit;
+use super::rows::{int, runs_text};
+use super::submit::next_ids;
+use crate::farm::{Unit, Wish, share_out};
 use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
 use sqlx::{Any, Transaction};
 
-/// Most frames whose rows one claim makes: small frames fill a lease only
-/// together, and a worker builds each of them.
-const FRAMES_PER_CLAIM_MAX: u32 = 8;
-
 /// Which units may be claimed.
 #[derive(Clone, Debug)]
-pub struct ReadyQuery {
+pub struct ClaimQuery {
     /// Of this job.
     pub job: JobId,
-    /// For this worker (instance).
-    pub worker: String,
-    /// At most so many.
-    pub units_max: usize,
-    /// Workers present, or 0 when the asking one is alone. Units that it failed
+    /// Who wants how many, first come first served; each worker once.
+    pub wishes: Vec<Wish>,
+    /// Workers present, or 0 when the asking one is alone. Units that a worker failed
     /// on are left to the others, until as many have failed on them.
     pub present: u64,
-    /// For a job with a time stop: how many of its frames, from the first on, are
-    /// out of time. Tiles of such a job grow together, block by block.
-    pub timed: Option<u32>,
+    /// Whether the job has a time stop: what is out of time is withheld, and tiles grow
+    /// together, block by block.
+    pub timed: bool,
 }
 
 /// A fresh lease.
@@ -41,94 +39,89 @@ pub struct Claimed {
     pub id: i64,
     /// Its runs, in the order to render.
     pub runs: Vec<Run>,
+    /// How often samples were added to the job by then: its settings are those of
+    /// after so many additions.
+    pub extended: i64,
 }
 
-macro_rules! ready_sql {
-    ($order:literal, $tail:literal) => {
-        concat!(
-            "SELECT frame, tile, block FROM unit WHERE job = $1 AND state = 0 \
-             AND ($2 = 0 OR NOT EXISTS (SELECT 1 FROM failure f WHERE f.job = unit.job \
-             AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block \
-             AND f.worker = $3) OR (SELECT count(*) FROM failure f WHERE f.job = unit.job \
-             AND f.frame = unit.frame AND f.tile = unit.tile AND f.block = unit.block) >= $2) \
-             ORDER BY ",
-            $order,
-            " LIMIT $4",
-            $tail
-        )
-    };
-}
-const READY_SQLITE: &str = ready_sql!("frame, tile, block", "");
-const READY_POSTGRES: &str = ready_sql!("frame, tile, block", " FOR UPDATE SKIP LOCKED");
-const EVEN_SQLITE: &str = ready_sql!("frame, block, tile", "");
-const EVEN_POSTGRES: &str = ready_sql!("frame, block, tile", " FOR UPDATE SKIP LOCKED");
+// As for counting them: the job stands in the list.
+pub(super) const LEASE_UNITS: Listed = listed!(
+    "UPDATE unit SET state = 1, lease = v.l FROM (SELECT CAST(value ->> 0 AS BIGINT) AS l, \
+     CAST(value ->> 1 AS BIGINT) AS j, CAST(value ->> 2 AS BIGINT) AS f, \
+     CAST(value ->> 3 AS BIGINT) AS t, CAST(value ->> 4 AS BIGINT) AS b0, \
+     CAST(value ->> 5 AS BIGINT) AS b1 FROM ",
+    ") v WHERE unit.job = v.j AND unit.frame = v.f AND unit.tile = v.t AND unit.block >= v.b0 \
+     AND unit.block < v.b1 AND unit.state = 0"
+);
 
 impl Store {
-    /// Lease the runs that `cut` makes of the first ready units; makes the
-    /// units of the next frames when too few are ready. `None` when nothing is
-    /// ready or the job has ended.
+    /// Lease the runs that `cut` makes of each worker's share of the first ready units;
+    /// makes the units of the next frames when too few are ready. One answer for each
+    /// wish: `None` when nothing is ready for it or the job has ended.
     ///
     /// # Errors
     /// The database failed; nothing was leased.
     pub async fn claim(
         &self,
-        query: &ReadyQuery,
-        cut: impl FnOnce(&[Unit]) -> Vec<Run> + Send,
+        query: &ClaimQuery,
+        cut: impl Fn(&[Unit], &Wish) -> Vec<Run> + Send,
         now_ms: i64,
         until_ms: i64,
-    ) -> Result<Option<Claimed>, StoreError> {
+    ) -> Result<Vec<Option<Claimed>>, StoreError> {
         let _timed = self.measures.transaction(Kind::Claim);
         let mut tx = self.begin().await?;
-        let mut ready = ready_units(&mut tx, self.engine, query).await?;
-        // Units may be withheld from this worker: what was made counts as well.
-        let mut made = 0;
-        for _ in 0..FRAMES_PER_CLAIM_MAX {
-            if ready.len().max(made) >= query.units_max {
-                break;
-            }
-            let Some(units) = make_next_frame(&mut tx, query.job).await? else {
-                break;
-            };
-            made += units;
-            ready = ready_units(&mut tx, self.engine, query).await?;
+        let (ready, failed) = ready_units(&mut tx, self.engine, query, now_ms).await?;
+        let shares = share_out(ready, &query.wishes, &failed, query.present);
+        let mut cuts: Vec<(&Wish, Vec<Run>)> = Vec::with_capacity(shares.len());
+        for (wish, share) in query.wishes.iter().zip(&shares) {
+            cuts.push((wish, cut(share, wish)));
         }
-        let runs = cut(&ready);
-        if runs.is_empty() {
+        let count = cuts.iter().filter(|(_, runs)| !runs.is_empty()).count();
+        if count == 0 {
             // The frames that were made are kept.
             tx.commit().await.attempt("commit frame")?;
-            return Ok(None);
+            return Ok(vec![None; query.wishes.len()]);
         }
-        if !mark_running(&mut tx, query.job, now_ms).await? {
-            return Ok(None);
+        let Some(running) = mark_running(&mut tx, query.job, count, now_ms).await? else {
+            return Ok(vec![None; query.wishes.len()]);
+        };
+        let mut id = next_ids(&mut tx, "lease", count).await?;
+        let mut leases = Vec::with_capacity(count);
+        let mut answers = Vec::with_capacity(cuts.len());
+        for (wish, runs) in &cuts {
+            if runs.is_empty() {
+                answers.push(None);
+                continue;
+            }
+            leases.push(NewLease {
+                id,
+                worker: &wish.worker,
+                runs,
+            });
+            answers.push(Some(Claimed {
+                id,
+                runs: runs.clone(),
+                extended: running.extended,
+            }));
+            id += 1;
         }
-        let id = next_id(&mut tx, "lease").await?;
-        for run in &runs {
-            sqlx::query(
-                "UPDATE unit SET state = 1, lease = $1 WHERE job = $2 AND frame = $3 \
-                 AND tile = $4 AND block >= $5 AND block < $6 AND state = 0",
-            )
-            .bind(id)
-            .bind(query.job.0)
-            .bind(i64::from(run.frame))
-            .bind(i64::from(run.tile))
-            .bind(i64::from(run.block0))
-            .bind(i64::from(run.block1))
-            .execute(&mut *tx)
-            .await
-            .attempt("lease units")?;
-        }
-        let lease = NewLease {
-            id,
+        lease_units(&mut tx, self.engine, query.job, &leases).await?;
+        let lives = Lives {
             job: query.job,
-            worker: &query.worker,
-            runs: &runs,
             now_ms,
             until_ms,
-            kind: LogKind::Leased,
         };
-        insert_lease(&mut tx, &lease).await?;
+        insert_leases(
+            &mut tx,
+            self.engine,
+            &lives,
+            running,
+            LogKind::Leased,
+            &leases,
+        )
+        .await?;
         tx.commit().await.attempt("commit claim")?;
-        Ok(Some(Claimed { id, runs }))
+        Ok(answers)
     }
 
     /// Lease `runs`, which another worker holds, once more. Runs that were
@@ -147,10 +140,9 @@ impl Store {
         let _timed = self.measures.transaction(Kind::Claim);
         // In a transaction of its own: the units come first below.
         let mut tx = self.begin().await?;
-        let id = next_id(&mut tx, "lease").await?;
+        let id = next_ids(&mut tx, "lease", 1).await?;
         tx.commit().await.attempt("commit number of lease")?;
         let mut tx = self.begin().await?;
-        let mut held = Vec::with_capacity(runs.len());
         for run in runs {
             let taken = sqlx::query(
                 "UPDATE unit SET lease = $1 WHERE job = $2 AND frame = $3 \
@@ -168,180 +160,152 @@ impl Store {
             .rows_affected();
             // A run that is no longer whole belongs to nobody: it would be
             // refused for overlapping.
-            if taken == u64::from(run.block1.saturating_sub(run.block0)) {
-                held.push(*run);
+            if taken != u64::from(run.block1.saturating_sub(run.block0)) {
+                return Ok(None);
             }
         }
-        if held.len() != runs.len() || !mark_running(&mut tx, job, now_ms).await? {
+        let Some(running) = mark_running(&mut tx, job, 1, now_ms).await? else {
             return Ok(None);
-        }
-        let lease = NewLease {
-            id,
+        };
+        let lives = Lives {
             job,
-            worker,
-            runs: &held,
             now_ms,
             until_ms,
-            kind: LogKind::Reissued,
         };
-        insert_lease(&mut tx, &lease).await?;
+        let lease = NewLease { id, worker, runs };
+        let kind = LogKind::Reissued;
+        insert_leases(&mut tx, self.engine, &lives, running, kind, &[lease]).await?;
         tx.commit().await.attempt("commit reissue")?;
-        Ok(Some(Claimed { id, runs: held }))
+        Ok(Some(Claimed {
+            id,
+            runs: runs.to_vec(),
+            extended: running.extended,
+        }))
     }
 }
 
-async fn ready_units(
-    tx: &mut Transaction<'static, Any>,
-    engine: Engine,
-    query: &ReadyQuery,
-) -> Result<Vec<Unit>, StoreError> {
-    if let Some(over) = query.timed {
-        withhold(tx, query.job, over).await?;
-    }
-    let sql = match (engine, query.timed) {
-        (Engine::Sqlite, None) => READY_SQLITE,
-        (Engine::Postgres, None) => READY_POSTGRES,
-        (Engine::Sqlite, Some(_)) => EVEN_SQLITE,
-        (Engine::Postgres, Some(_)) => EVEN_POSTGRES,
-    };
-    let rows = sqlx::query(sql)
-        .bind(query.job.0)
-        .bind(big(query.present))
-        .bind(&query.worker)
-        .bind(i64::try_from(query.units_max).unwrap_or(i64::MAX))
-        .fetch_all(&mut **tx)
-        .await
-        .attempt("read ready units")?;
-    rows.iter()
-        .map(|row| {
-            Ok(Unit {
-                frame: small(row, "frame")?,
-                tile: small(row, "tile")?,
-                block: small(row, "block")?,
-            })
-        })
-        .collect()
+/// What is known of a job whose row is held.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Running {
+    /// Number of its last change.
+    pub(super) rev: i64,
+    /// Counts additions of samples.
+    pub(super) extended: i64,
 }
 
-/// Make the rows of the job's next frame, those that are missing; how many units
-/// were made, `None` when there is no further frame. A job that was added to goes
-/// through its frames once more.
-async fn make_next_frame(
-    tx: &mut Transaction<'static, Any>,
-    job: JobId,
-) -> Result<Option<usize>, StoreError> {
-    let row = sqlx::query(
-        "UPDATE job SET next_frame = next_frame + 1 WHERE id = $1 AND next_frame < frames \
-         AND finished_ms IS NULL RETURNING next_frame, tiles, blocks",
-    )
-    .bind(job.0)
-    .fetch_optional(&mut **tx)
-    .await
-    .attempt("take next frame")?;
-    let Some(row) = row else { return Ok(None) };
-    let frame = i64::from(small(&row, "next_frame")?) - 1;
-    let (tiles, blocks) = (small(&row, "tiles")?, small(&row, "blocks")?);
-    let units = i64::from(tiles) * i64::from(blocks);
-    sqlx::query(
-        "INSERT INTO frame (job, frame, units_due) VALUES ($1, $2, $3) ON CONFLICT DO NOTHING",
-    )
-    .bind(job.0)
-    .bind(frame)
-    .bind(units)
-    .execute(&mut **tx)
-    .await
-    .attempt("insert frame")?;
-    sqlx::query(
-        "WITH RECURSIVE t(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM t \
-         WHERE n + 1 < $3) INSERT INTO tilefold (job, frame, tile, due) \
-         SELECT $1, $2, n, $4 FROM t WHERE true ON CONFLICT DO NOTHING",
-    )
-    .bind(job.0)
-    .bind(frame)
-    .bind(i64::from(tiles))
-    .bind(i64::from(blocks))
-    .execute(&mut **tx)
-    .await
-    .attempt("insert tiles")?;
-    let made = sqlx::query(
-        "WITH RECURSIVE u(n) AS (SELECT CAST(0 AS BIGINT) UNION ALL SELECT n + 1 FROM u \
-         WHERE n + 1 < $3) INSERT INTO unit (job, frame, tile, block) \
-         SELECT $1, $2, n / $4, n % $4 FROM u WHERE true ON CONFLICT DO NOTHING",
-    )
-    .bind(job.0)
-    .bind(frame)
-    .bind(units)
-    .bind(i64::from(blocks))
-    .execute(&mut **tx)
-    .await
-    .attempt("insert units")?;
-    Ok(Some(
-        usize::try_from(made.rows_affected()).unwrap_or(usize::MAX),
-    ))
-}
-
-/// Note that the job is being rendered; false when it has ended or is
-/// paused.
+/// Note that the job is being rendered, and count as many changes as leases begin;
+/// `None` when it has ended or is paused.
 pub(super) async fn mark_running(
     tx: &mut Transaction<'static, Any>,
     job: JobId,
+    leases: usize,
     now_ms: i64,
-) -> Result<bool, StoreError> {
-    let live = sqlx::query(
+) -> Result<Option<Running>, StoreError> {
+    let row = sqlx::query(
         "UPDATE job SET first_lease_ms = coalesce(first_lease_ms, $2), \
-         timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + 1 \
-         WHERE id = $1 AND finished_ms IS NULL AND paused_ms IS NULL",
+         timed_from_ms = coalesce(timed_from_ms, $2), rev = rev + $3 \
+         WHERE id = $1 AND finished_ms IS NULL AND paused_ms IS NULL RETURNING rev, extended",
     )
     .bind(job.0)
     .bind(now_ms)
-    .execute(&mut **tx)
+    .bind(i64::try_from(leases).unwrap_or(i64::MAX))
+    .fetch_optional(&mut **tx)
     .await
     .attempt("mark job running")?;
-    Ok(live.rows_affected() == 1)
+    row.map(|row| {
+        Ok(Running {
+            rev: int(&row, "rev")?,
+            extended: int(&row, "extended")?,
+        })
+    })
+    .transpose()
+}
+
+async fn lease_units(
+    tx: &mut Transaction<'static, Any>,
+    engine: Engine,
+    job: JobId,
+    leases: &[NewLease<'_>],
+) -> Result<(), StoreError> {
+    let rows: Vec<[i64; 6]> = leases
+        .iter()
+        .flat_map(|lease| {
+            lease.runs.iter().map(|run| {
+                [
+                    lease.id,
+                    job.0,
+                    run.frame.into(),
+                    run.tile.into(),
+                    run.block0.into(),
+                    run.block1.into(),
+                ]
+            })
+        })
+        .collect();
+    sqlx::query(LEASE_UNITS.of(engine))
+        .bind(list(&rows)?)
+        .execute(&mut **tx)
+        .await
+        .attempt("lease units")?;
+    Ok(())
 }
 
 /// A lease to be stored.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NewLease<'a> {
     pub(super) id: i64,
-    pub(super) job: JobId,
     pub(super) worker: &'a str,
     pub(super) runs: &'a [Run],
-    pub(super) now_ms: i64,
-    pub(super) until_ms: i64,
-    /// What the job's log calls it.
-    pub(super) kind: LogKind,
 }
 
-/// Insert the lease's row; its job is marked.
-pub(super) async fn insert_lease(
+/// What leases of one claim have in common.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lives {
+    pub(super) job: JobId,
+    pub(super) now_ms: i64,
+    pub(super) until_ms: i64,
+}
+
+const INSERT_LEASES: Listed = listed!(
+    "INSERT INTO lease (id, job, worker, runs, created_ms, until_ms) \
+     SELECT CAST(value ->> 0 AS BIGINT), $2, value ->> 1, value ->> 2, $3, $4 FROM ",
+    ""
+);
+
+/// Insert the rows of leases, the latest last, and tell the log of them as `kind`; their
+/// job is marked.
+pub(super) async fn insert_leases(
     tx: &mut Transaction<'static, Any>,
-    lease: &NewLease<'_>,
+    engine: Engine,
+    lives: &Lives,
+    running: Running,
+    kind: LogKind,
+    leases: &[NewLease<'_>],
 ) -> Result<(), StoreError> {
-    sqlx::query(
-        "INSERT INTO lease (id, job, worker, runs, created_ms, until_ms) \
-         VALUES ($1, $2, $3, $4, $5, $6)",
-    )
-    .bind(lease.id)
-    .bind(lease.job.0)
-    .bind(lease.worker)
-    .bind(runs_text(lease.runs)?)
-    .bind(lease.now_ms)
-    .bind(lease.until_ms)
-    .execute(&mut **tx)
-    .await
-    .attempt("insert lease")?;
+    let mut rows = Vec::with_capacity(leases.len());
+    let mut events = Vec::with_capacity(leases.len());
+    for lease in leases {
+        rows.push((lease.id, lease.worker, runs_text(lease.runs)?));
+        events.push(Event {
+            worker: Some(lease.worker),
+            lease: Some(lease.id),
+            runs: lease.runs,
+            ..Event::new(lives.job, kind, lives.now_ms)
+        });
+    }
+    sqlx::query(INSERT_LEASES.of(engine))
+        .bind(list(&rows)?)
+        .bind(lives.job.0)
+        .bind(lives.now_ms)
+        .bind(lives.until_ms)
+        .execute(&mut **tx)
+        .await
+        .attempt("insert leases")?;
     sqlx::query("UPDATE job SET served = $2 WHERE id = $1")
-        .bind(lease.job.0)
-        .bind(lease.id)
+        .bind(lives.job.0)
+        .bind(leases.last().map_or(0, |lease| lease.id))
         .execute(&mut **tx)
         .await
         .attempt("note turn")?;
-    let event = Event {
-        worker: Some(lease.worker),
-        lease: Some(lease.id),
-        runs: lease.runs,
-        ..Event::new(lease.job, lease.kind, lease.now_ms)
-    };
-    log(tx, &event).await
+    log_all(tx, engine, lives.job, running.rev, &events).await
 }

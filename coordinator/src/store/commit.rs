@@ -1,19 +1,24 @@
-//! A result is counted, once.
+//! Results are counted, each once.
+//!
+//! Results that come at the same time are counted by one transaction: all of them or
+//! none. Whatever is unusual about one of them sends each its own way.
 
 use super::audits;
 use super::error::{Attempt, StoreError};
-use super::log::{Event, log};
-use super::open::Store;
-use super::rows::{big, count, int, json, small, text};
+use super::lists::{Listed, list, listed};
+use super::log::{Event, log_all};
+use super::open::{Engine, Store};
+use super::rows::{big, int, json};
 use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::JobId;
 use shearwater_shared::plan::Run;
-use sqlx::{Any, Transaction};
+use sqlx::{Any, Executor, Transaction};
+use std::collections::{BTreeMap, BTreeSet};
 
 /// One run's result. Its object is durable before this is committed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PartRecord {
     /// Job.
     pub job: JobId,
@@ -69,6 +74,56 @@ pub enum CommitOutcome {
     Unknown,
 }
 
+// The job stands in the list: beside a job of its own SQLite would look through all of
+// that one's units.
+pub(super) const COUNT_UNITS: Listed = listed!(
+    "UPDATE unit SET state = 2, lease = 0 FROM (SELECT CAST(value ->> 0 AS BIGINT) AS j, \
+     CAST(value ->> 1 AS BIGINT) AS f, CAST(value ->> 2 AS BIGINT) AS t, \
+     CAST(value ->> 3 AS BIGINT) AS b0, CAST(value ->> 4 AS BIGINT) AS b1 FROM ",
+    ") v WHERE unit.job = v.j AND unit.frame = v.f AND unit.tile = v.t AND unit.block >= v.b0 \
+     AND unit.block < v.b1 AND unit.state < 2"
+);
+const IS_ANY_DISTRUSTED: Listed = listed!(
+    "SELECT worker FROM distrust WHERE worker IN (SELECT value ->> 0 FROM ",
+    ") LIMIT 1"
+);
+const ADD_TO_FRAMES: Listed = listed!(
+    "UPDATE frame SET units_done = units_done + v.units, bad_samples = bad_samples + v.bad \
+     FROM (SELECT CAST(value ->> 0 AS BIGINT) AS j, CAST(value ->> 1 AS BIGINT) AS f, \
+     CAST(value ->> 2 AS BIGINT) AS units, CAST(value ->> 3 AS BIGINT) AS bad FROM ",
+    ") v WHERE frame.job = v.j AND frame.frame = v.f"
+);
+const INSERT_PARTS: Listed = listed!(
+    "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object, core_us, \
+     bad_samples, depth_cap_hits) SELECT $2, CAST(value ->> 0 AS BIGINT), \
+     CAST(value ->> 1 AS BIGINT), CAST(value ->> 2 AS BIGINT), CAST(value ->> 3 AS BIGINT), \
+     value ->> 4, value ->> 5, value ->> 6, CAST(value ->> 7 AS BIGINT), \
+     CAST(value ->> 8 AS BIGINT), CAST(value ->> 9 AS BIGINT) FROM ",
+    ""
+);
+const RESET_FAILURES: Listed = listed!(
+    "UPDATE worker SET failed_in_row = 0, failed_last = '' WHERE failed_in_row > 0 \
+     AND instance IN (SELECT value ->> 0 FROM ",
+    ")"
+);
+const LEASES_OF_PARTS: Listed = listed!(
+    "SELECT id, runs FROM lease WHERE job = $2 AND closed = 0 \
+     AND id IN (SELECT CAST(value ->> 0 AS BIGINT) FROM ",
+    ")"
+);
+const OPEN_RUNS: Listed = listed!(
+    "SELECT DISTINCT v.l AS id FROM (SELECT CAST(value ->> 0 AS BIGINT) AS l, \
+     CAST(value ->> 1 AS BIGINT) AS j, CAST(value ->> 2 AS BIGINT) AS f, \
+     CAST(value ->> 3 AS BIGINT) AS t, CAST(value ->> 4 AS BIGINT) AS b0, \
+     CAST(value ->> 5 AS BIGINT) AS b1 FROM ",
+    ") v WHERE EXISTS (SELECT 1 FROM unit WHERE unit.job = v.j AND unit.frame = v.f \
+     AND unit.tile = v.t AND unit.block >= v.b0 AND unit.block < v.b1 AND unit.state < 2)"
+);
+const CLOSE_LEASES: Listed = listed!(
+    "UPDATE lease SET closed = 1 WHERE id IN (SELECT CAST(value ->> 0 AS BIGINT) FROM ",
+    ")"
+);
+
 impl Store {
     /// Count all units of the run if none is counted yet.
     ///
@@ -79,338 +134,265 @@ impl Store {
         part: &PartRecord,
         now_ms: i64,
     ) -> Result<CommitOutcome, StoreError> {
-        let _timed = self.measures.transaction(Kind::Commit);
-        let mut tx = self.begin().await?;
-        let marked = for_run(
-            sqlx::query(
-                "UPDATE unit SET state = 2, lease = 0 WHERE job = $1 AND frame = $2 \
-                 AND tile = $3 AND block >= $4 AND block < $5 AND state < 2",
-            ),
-            part,
-        )
-        .execute(&mut *tx)
-        .await
-        .attempt("count units")?
-        .rows_affected();
-        if marked != u64::from(part.run.block1.saturating_sub(part.run.block0)) {
-            tx.rollback().await.attempt("roll back")?;
-            return self.settle_repetition(part, now_ms).await;
+        if self.commit_all(std::slice::from_ref(part), now_ms).await? {
+            return Ok(CommitOutcome::Counted);
         }
-        if is_distrusted(&mut tx, &part.worker).await? {
-            return Ok(CommitOutcome::Distrusted);
-        }
-        if let Some(first) = other_build(&mut tx, part).await? {
-            return Ok(CommitOutcome::OtherBuild { first });
-        }
-        if !add_to_job(&mut tx, part, now_ms).await? {
-            return Ok(CommitOutcome::Ended);
-        }
-        insert_part(&mut tx, part).await?;
-        log_counted(&mut tx, part, now_ms).await?;
-        if part.audited {
-            audits::begin(&mut tx, part.job, &part.run, now_ms).await?;
-        }
-        close_if_done(&mut tx, part).await?;
-        tx.commit().await.attempt("commit result")?;
-        Ok(CommitOutcome::Counted)
+        self.settle(part, now_ms).await
     }
 
-    /// What [`Store::commit`] would answer, if it is known without trying:
-    /// saves writing the object of a repetition. Counts nothing; a repetition is
-    /// compared.
+    /// Count all units of runs of one job and one numeric build, if none of them is
+    /// counted yet and nothing stands against any of the runs; false when nothing was
+    /// counted.
     ///
     /// # Errors
-    /// The database failed.
-    pub async fn counted_before(
-        &self,
-        part: &PartRecord,
-        now_ms: i64,
-    ) -> Result<Option<CommitOutcome>, StoreError> {
-        let row = for_run(
-            sqlx::query(
-                "SELECT count(*) AS open FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 \
-                 AND block >= $4 AND block < $5 AND state < 2",
-            ),
-            part,
-        )
-        .fetch_one(&self.read)
-        .await
-        .attempt("look at units")?;
-        let length = u64::from(part.run.block1.saturating_sub(part.run.block0));
-        if count(&row, "open")? == length {
-            return Ok(None);
-        }
-        self.settle_repetition(part, now_ms).await.map(Some)
-    }
-
-    // At least one unit of the run is counted or missing.
-    async fn settle_repetition(
-        &self,
-        part: &PartRecord,
-        now_ms: i64,
-    ) -> Result<CommitOutcome, StoreError> {
-        let mut tx = self.begin().await?;
-        let job = sqlx::query("SELECT ended FROM job WHERE id = $1")
-            .bind(part.job.0)
-            .fetch_optional(&mut *tx)
-            .await
-            .attempt("read job")?;
-        let Some(job) = job else {
-            return Ok(CommitOutcome::Unknown);
+    /// The database failed; nothing was counted.
+    pub async fn commit_all(&self, parts: &[PartRecord], now_ms: i64) -> Result<bool, StoreError> {
+        let Some(job) = parts.first().map(|part| part.job) else {
+            return Ok(true);
         };
-        let first = sqlx::query(
-            "SELECT block1, sums_hash, worker FROM part WHERE job = $1 AND frame = $2 \
-             AND tile = $3 AND block0 = $4",
-        )
-        .bind(part.job.0)
-        .bind(i64::from(part.run.frame))
-        .bind(i64::from(part.run.tile))
-        .bind(i64::from(part.run.block0))
-        .fetch_optional(&mut *tx)
-        .await
-        .attempt("read part")?;
-        if let Some(first) = first
-            && small(&first, "block1")? == part.run.block1
-        {
-            let counted = audits::counted(&first)?;
-            let equal = counted.sums_hash == part.sums_hash;
-            if !equal {
-                count_unequal(&mut tx, part.job).await?;
-            }
-            let audited = audits::claim(&mut tx, part, &counted, now_ms).await?;
-            tx.commit().await.attempt("commit comparison")?;
-            audited.inspect(|&end| self.measures.audited(end));
-            return Ok(if equal {
-                CommitOutcome::Duplicate
-            } else {
-                CommitOutcome::Unequal {
-                    first_worker: counted.worker,
-                }
-            });
+        let engine = self.engine;
+        let _timed = self.measures.transaction(Kind::Commit);
+        let mut tx = self.begin().await?;
+        let counted = count_units(&mut tx, engine, parts).await?;
+        let due: u64 = parts.iter().map(units_of).sum();
+        // A dropped transaction is rolled back.
+        if counted != due {
+            return Ok(false);
         }
-        if int(&job, "ended")? != 0 {
-            return Ok(CommitOutcome::Ended);
+        let Some(rev) = add_to_job(&mut tx, parts, now_ms).await? else {
+            return Ok(false);
+        };
+        if is_any_distrusted(&mut tx, engine, parts).await? {
+            return Ok(false);
         }
-        let outcome = settle_overlap(&mut tx, part).await?;
-        tx.commit().await.attempt("commit overlap")?;
-        Ok(outcome)
+        add_to_frames(&mut tx, engine, parts).await?;
+        insert_parts(&mut tx, engine, parts).await?;
+        log_counted(&mut tx, engine, rev, parts, now_ms).await?;
+        for part in parts.iter().filter(|part| part.audited) {
+            audits::begin(&mut tx, job, &part.run, now_ms).await?;
+        }
+        close_leases_that_are_done(&mut tx, engine, parts).await?;
+        tx.commit().await.attempt("commit results")?;
+        Ok(true)
     }
 }
 
-type Query<'q> = sqlx::query::Query<'q, Any, sqlx::any::AnyArguments>;
-
-/// Bind job, frame, tile, block0, block1 as $1 to $5.
-fn for_run<'q>(query: Query<'q>, part: &PartRecord) -> Query<'q> {
-    query
-        .bind(part.job.0)
-        .bind(i64::from(part.run.frame))
-        .bind(i64::from(part.run.tile))
-        .bind(i64::from(part.run.block0))
-        .bind(i64::from(part.run.block1))
+pub(super) fn units_of(part: &PartRecord) -> u64 {
+    u64::from(part.run.block1.saturating_sub(part.run.block0))
 }
 
-/// The numeric build of the job's first result, if it is not the part's. The first
-/// result fixes it: pixels of two builds must not meet in one picture.
-async fn other_build(
+fn job_of(parts: &[PartRecord]) -> i64 {
+    parts.first().map_or(0, |part| part.job.0)
+}
+
+async fn count_units(
     tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
-) -> Result<Option<String>, StoreError> {
-    let row =
-        sqlx::query("UPDATE job SET build = coalesce(build, $2) WHERE id = $1 RETURNING build")
-            .bind(part.job.0)
-            .bind(&part.build)
-            .fetch_optional(&mut **tx)
-            .await
-            .attempt("fix numeric build")?;
-    let Some(row) = row else { return Ok(None) };
-    let first = text(&row, "build")?;
-    Ok((first != part.build).then_some(first))
+    engine: Engine,
+    parts: &[PartRecord],
+) -> Result<u64, StoreError> {
+    let rows: Vec<_> = parts
+        .iter()
+        .map(|PartRecord { job, run, .. }| (job.0, run.frame, run.tile, run.block0, run.block1))
+        .collect();
+    let counted = sqlx::query(COUNT_UNITS.of(engine))
+        .bind(list(&rows)?)
+        .execute(&mut **tx)
+        .await
+        .attempt("count units")?;
+    Ok(counted.rows_affected())
 }
 
-/// Add the run to its job and frame; false when the job has ended or is gone.
+/// Add the runs to their job, which keeps the numeric build of its first result: pixels
+/// of two builds must not meet in one picture. The number of its last change; `None`
+/// when it has ended, is gone, or is of another build.
 async fn add_to_job(
     tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
+    parts: &[PartRecord],
     now_ms: i64,
-) -> Result<bool, StoreError> {
-    let units = i64::from(part.run.block1.saturating_sub(part.run.block0));
-    let live = sqlx::query(
+) -> Result<Option<i64>, StoreError> {
+    let sum = |of: fn(&PartRecord) -> u64| big(parts.iter().map(of).sum());
+    let row = sqlx::query(
         "UPDATE job SET units_done = units_done + $2, samples_done = samples_done + $3, \
          core_us = core_us + $4, bad_samples = bad_samples + $5, \
-         depth_cap_hits = depth_cap_hits + $6, last_result_ms = $7, rev = rev + 1 \
-         WHERE id = $1 AND finished_ms IS NULL",
+         depth_cap_hits = depth_cap_hits + $6, last_result_ms = $7, rev = rev + $8, \
+         build = coalesce(build, $9) WHERE id = $1 AND finished_ms IS NULL \
+         AND (build IS NULL OR build = $9) RETURNING rev",
     )
-    .bind(part.job.0)
-    .bind(units)
-    .bind(big(part.samples))
-    .bind(big(part.core_us))
-    .bind(big(part.bad_samples))
-    .bind(big(part.depth_cap_hits))
+    .bind(job_of(parts))
+    .bind(sum(units_of))
+    .bind(sum(|part| part.samples))
+    .bind(sum(|part| part.core_us))
+    .bind(sum(|part| part.bad_samples))
+    .bind(sum(|part| part.depth_cap_hits))
     .bind(now_ms)
-    .execute(&mut **tx)
+    .bind(i64::try_from(parts.len()).unwrap_or(i64::MAX))
+    .bind(parts.first().map(|part| part.build.clone()))
+    .fetch_optional(&mut **tx)
     .await
     .attempt("add to job")?;
-    if live.rows_affected() != 1 {
-        return Ok(false);
-    }
-    sqlx::query(
-        "UPDATE frame SET units_done = units_done + $3, bad_samples = bad_samples + $4 \
-         WHERE job = $1 AND frame = $2",
-    )
-    .bind(part.job.0)
-    .bind(i64::from(part.run.frame))
-    .bind(units)
-    .bind(big(part.bad_samples))
-    .execute(&mut **tx)
-    .await
-    .attempt("add to frame")?;
-    Ok(true)
+    row.map(|row| int(&row, "rev")).transpose()
 }
 
-async fn is_distrusted(
+/// Whether a result comes from a worker that is not believed.
+async fn is_any_distrusted(
     tx: &mut Transaction<'static, Any>,
-    worker: &str,
+    engine: Engine,
+    parts: &[PartRecord],
 ) -> Result<bool, StoreError> {
-    let row = sqlx::query("SELECT worker FROM distrust WHERE worker = $1")
-        .bind(worker.to_owned())
+    let found = sqlx::query(IS_ANY_DISTRUSTED.of(engine))
+        .bind(list(&workers(parts))?)
         .fetch_optional(&mut **tx)
         .await
         .attempt("look for distrust")?;
-    Ok(row.is_some())
+    Ok(found.is_some())
+}
+
+/// Their workers, each once and in one order: rows are locked in it.
+fn workers(parts: &[PartRecord]) -> Vec<[&str; 1]> {
+    let workers: BTreeSet<&str> = parts.iter().map(|part| part.worker.as_str()).collect();
+    workers.into_iter().map(|worker| [worker]).collect()
+}
+
+async fn add_to_frames(
+    tx: &mut Transaction<'static, Any>,
+    engine: Engine,
+    parts: &[PartRecord],
+) -> Result<(), StoreError> {
+    let mut frames: BTreeMap<u32, (u64, u64)> = BTreeMap::new();
+    for part in parts {
+        let (units, bad) = frames.entry(part.run.frame).or_default();
+        *units += units_of(part);
+        *bad += part.bad_samples;
+    }
+    let job = job_of(parts);
+    let rows: Vec<(i64, u32, u64, i64)> = frames
+        .into_iter()
+        .map(|(frame, (units, bad))| (job, frame, units, big(bad)))
+        .collect();
+    sqlx::query(ADD_TO_FRAMES.of(engine))
+        .bind(list(&rows)?)
+        .execute(&mut **tx)
+        .await
+        .attempt("add to frames")?;
+    Ok(())
+}
+
+async fn insert_parts(
+    tx: &mut Transaction<'static, Any>,
+    engine: Engine,
+    parts: &[PartRecord],
+) -> Result<(), StoreError> {
+    let rows: Vec<_> = parts
+        .iter()
+        .map(|part| {
+            let run = &part.run;
+            let place = (run.frame, run.tile, run.block0, run.block1);
+            (
+                place.0,
+                place.1,
+                place.2,
+                place.3,
+                part.sums_hash.to_string(),
+                &part.worker,
+                &part.object,
+                big(part.core_us),
+                big(part.bad_samples),
+                big(part.depth_cap_hits),
+            )
+        })
+        .collect();
+    sqlx::query(INSERT_PARTS.of(engine))
+        .bind(list(&rows)?)
+        .bind(job_of(parts))
+        .execute(&mut **tx)
+        .await
+        .attempt("insert parts")?;
+    sqlx::query(RESET_FAILURES.of(engine))
+        .bind(list(&workers(parts))?)
+        .execute(&mut **tx)
+        .await
+        .attempt("reset failures")?;
+    Ok(())
 }
 
 async fn log_counted(
     tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
+    engine: Engine,
+    rev: i64,
+    parts: &[PartRecord],
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    let event = Event {
-        worker: Some(&part.worker),
-        lease: Some(part.lease),
-        runs: &[part.run],
-        ms: Some(big(part.core_us / 1000)),
-        ..Event::new(part.job, LogKind::Counted, now_ms)
-    };
-    log(tx, &event).await
+    let events: Vec<Event<'_>> = parts
+        .iter()
+        .map(|part| Event {
+            worker: Some(&part.worker),
+            lease: Some(part.lease),
+            runs: std::slice::from_ref(&part.run),
+            ms: Some(big(part.core_us / 1000)),
+            ..Event::new(part.job, LogKind::Counted, now_ms)
+        })
+        .collect();
+    log_all(tx, engine, JobId(job_of(parts)), rev, &events).await
 }
 
-async fn insert_part(
+/// Close the leases of parts of which every run is counted. A run that was handed out
+/// once more is still its first lease's as well.
+async fn close_leases_that_are_done(
     tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
+    engine: Engine,
+    parts: &[PartRecord],
 ) -> Result<(), StoreError> {
-    for_run(
-        sqlx::query(
-            "INSERT INTO part (job, frame, tile, block0, block1, sums_hash, worker, object, \
-             core_us, bad_samples, depth_cap_hits) \
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
-        ),
-        part,
-    )
-    .bind(part.sums_hash.to_string())
-    .bind(&part.worker)
-    .bind(&part.object)
-    .bind(big(part.core_us))
-    .bind(big(part.bad_samples))
-    .bind(big(part.depth_cap_hits))
-    .execute(&mut **tx)
-    .await
-    .attempt("insert part")?;
-    sqlx::query(
-        "UPDATE worker SET failed_in_row = 0, failed_last = '' \
-         WHERE instance = $1 AND failed_in_row > 0",
-    )
-    .bind(&part.worker)
-    .execute(&mut **tx)
-    .await
-    .attempt("reset failures")?;
-    Ok(())
-}
-
-/// Close the lease of a part when every run of it is counted. A run that was
-/// handed out once more is still this lease's as well.
-async fn close_if_done(
-    tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
-) -> Result<(), StoreError> {
-    let lease = sqlx::query(
-        "SELECT runs FROM lease WHERE id = $1 AND job = $2 AND closed = 0 AND NOT EXISTS \
-         (SELECT 1 FROM unit WHERE job = $2 AND state = 1 AND lease = $1)",
-    )
-    .bind(part.lease)
-    .bind(part.job.0)
-    .fetch_optional(&mut **tx)
-    .await
-    .attempt("look at lease")?;
-    let Some(lease) = lease else { return Ok(()) };
-    for run in json::<Vec<Run>>(&lease, "runs")? {
-        let open = sqlx::query(
-            "SELECT 1 FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 AND block >= $4 \
-             AND block < $5 AND state < 2 LIMIT 1",
-        )
-        .bind(part.job.0)
-        .bind(i64::from(run.frame))
-        .bind(i64::from(run.tile))
-        .bind(i64::from(run.block0))
-        .bind(i64::from(run.block1))
-        .fetch_optional(&mut **tx)
+    let job = job_of(parts);
+    let named: BTreeSet<i64> = parts.iter().map(|part| part.lease).collect();
+    let named: Vec<[i64; 1]> = named.into_iter().map(|id| [id]).collect();
+    let leases = sqlx::query(LEASES_OF_PARTS.of(engine))
+        .bind(list(&named)?)
+        .bind(job)
+        .fetch_all(&mut **tx)
         .await
-        .attempt("look at run")?;
-        if open.is_some() {
-            return Ok(());
-        }
+        .attempt("look at leases")?;
+    let mut done = BTreeSet::new();
+    let mut runs = Vec::new();
+    for row in &leases {
+        let id = int(row, "id")?;
+        done.insert(id);
+        let of_lease = json::<Vec<Run>>(row, "runs")?;
+        runs.extend(of_lease.into_iter().map(|run| (id, JobId(job), run)));
     }
-    sqlx::query("UPDATE lease SET closed = 1 WHERE id = $1")
-        .bind(part.lease)
+    for id in with_open_runs(&mut **tx, engine, &runs).await? {
+        done.remove(&id);
+    }
+    if done.is_empty() {
+        return Ok(());
+    }
+    let done: Vec<[i64; 1]> = done.into_iter().map(|id| [id]).collect();
+    sqlx::query(CLOSE_LEASES.of(engine))
+        .bind(list(&done)?)
         .execute(&mut **tx)
         .await
-        .attempt("close lease")?;
+        .attempt("close leases")?;
     Ok(())
 }
 
-async fn count_unequal(tx: &mut Transaction<'static, Any>, job: JobId) -> Result<(), StoreError> {
-    sqlx::query(
-        "UPDATE job SET unequal_results = unequal_results + 1, rev = rev + 1 WHERE id = $1",
-    )
-    .bind(job.0)
-    .execute(&mut **tx)
-    .await
-    .attempt("count alarm")?;
-    Ok(())
-}
-
-/// A run in another cut than what was counted: free its uncounted units.
-async fn settle_overlap(
-    tx: &mut Transaction<'static, Any>,
-    part: &PartRecord,
-) -> Result<CommitOutcome, StoreError> {
-    let row = for_run(
-        sqlx::query(
-            "SELECT count(*) AS known, CAST(coalesce(sum(CASE WHEN state = 2 THEN 1 ELSE 0 END), \
-             0) AS BIGINT) AS counted FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 \
-             AND block >= $4 AND block < $5",
-        ),
-        part,
-    )
-    .fetch_one(&mut **tx)
-    .await
-    .attempt("look at units")?;
-    let length = u64::from(part.run.block1.saturating_sub(part.run.block0));
-    if count(&row, "known")? != length {
-        return Ok(CommitOutcome::Unknown);
+/// Those leases, of these with their jobs' runs, that have a unit which is not counted.
+pub(super) async fn with_open_runs<'e>(
+    database: impl Executor<'e, Database = Any>,
+    engine: Engine,
+    runs: &[(i64, JobId, Run)],
+) -> Result<BTreeSet<i64>, StoreError> {
+    if runs.is_empty() {
+        return Ok(BTreeSet::new());
     }
-    if count(&row, "counted")? == length {
-        return Ok(CommitOutcome::Duplicate);
-    }
-    for_run(
-        sqlx::query(
-            "UPDATE unit SET state = 0, lease = 0 WHERE job = $1 AND frame = $2 AND tile = $3 \
-             AND block >= $4 AND block < $5 AND state = 1 AND lease = $6",
-        ),
-        part,
-    )
-    .bind(part.lease)
-    .execute(&mut **tx)
-    .await
-    .attempt("free units")?;
-    Ok(CommitOutcome::Overlap)
+    let rows: Vec<_> = runs
+        .iter()
+        .map(|(id, job, run)| (id, job.0, run.frame, run.tile, run.block0, run.block1))
+        .collect();
+    sqlx::query(OPEN_RUNS.of(engine))
+        .bind(list(&rows)?)
+        .fetch_all(database)
+        .await
+        .attempt("look at runs")?
+        .iter()
+        .map(|row| int(row, "id"))
+        .collect()
 }

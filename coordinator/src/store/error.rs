@@ -1,5 +1,7 @@
 //! What can go wrong in the store.
 
+use std::sync::Arc;
+
 /// The store could not do what it was asked; nothing of it was done.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
@@ -34,12 +36,30 @@ pub enum StoreError {
         /// What is wrong with it.
         detail: String,
     },
+    /// Another transaction was in between; asked once more, it will do.
+    #[error("database: the {0} was changed at the same moment; try again")]
+    Changed(&'static str),
+    /// The failure of a transaction that many shared, told to each of them.
+    #[error(transparent)]
+    Shared(#[from] Arc<Self>),
     /// The URL is of no engine of this build.
     #[error(
         "database URL of scheme `{0}`: expected sqlite:///folder/farm.db or \
          postgres://user:password@host:5432/database"
     )]
     Engine(String),
+}
+
+impl StoreError {
+    /// Whether the database failed or refused: it may do what is asked later.
+    #[must_use]
+    pub fn is_of_database(&self) -> bool {
+        match self {
+            Self::Sql { .. } | Self::Changed(_) => true,
+            Self::Shared(error) => error.is_of_database(),
+            _ => false,
+        }
+    }
 }
 
 /// Name the attempt in a database error.

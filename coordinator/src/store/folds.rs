@@ -2,6 +2,7 @@
 
 use super::error::{Attempt, StoreError, corrupt};
 use super::errors::brightness_text;
+use super::lists::{Listed, list, listed};
 use super::open::Store;
 use super::order::lock_job;
 use super::rows::{big, int, optional_text, small, text};
@@ -64,6 +65,14 @@ pub struct FoldTask {
     /// Samples, over all pixels, of the parts that it takes.
     pub samples: u64,
 }
+
+const TAKE_PARTS: Listed = listed!(
+    "UPDATE part SET object = NULL FROM (SELECT CAST(value ->> 0 AS BIGINT) AS j, \
+     CAST(value ->> 1 AS BIGINT) AS f, CAST(value ->> 2 AS BIGINT) AS t, \
+     CAST(value ->> 3 AS BIGINT) AS b0, value ->> 4 AS o FROM ",
+    ") v WHERE part.job = v.j AND part.frame = v.f AND part.tile = v.t AND part.block0 = v.b0 \
+     AND part.object = v.o"
+);
 
 impl Store {
     /// Tiles worth folding: all blocks that are due are there, or `parts_max` parts wait.
@@ -196,22 +205,19 @@ impl Store {
         if swapped.rows_affected() != 1 {
             return Ok(false);
         }
-        for part in &fold.old.parts {
-            let taken = sqlx::query(
-                "UPDATE part SET object = NULL WHERE job = $1 AND frame = $2 AND tile = $3 \
-                 AND block0 = $4 AND object = $5",
-            )
-            .bind(job)
-            .bind(frame)
-            .bind(tile)
-            .bind(i64::from(part.block0))
-            .bind(&part.object)
+        let parts: Vec<_> = fold
+            .old
+            .parts
+            .iter()
+            .map(|part| (job, frame, tile, part.block0, &part.object))
+            .collect();
+        let taken = sqlx::query(TAKE_PARTS.of(self.engine))
+            .bind(list(&parts)?)
             .execute(&mut *tx)
             .await
-            .attempt("take part")?;
-            if taken.rows_affected() != 1 {
-                return Ok(false);
-            }
+            .attempt("take parts")?;
+        if taken.rows_affected() != parts.len() as u64 {
+            return Ok(false);
         }
         let core_us = fold.old.parts.iter().map(|part| part.core_us).sum::<i64>();
         sqlx::query(

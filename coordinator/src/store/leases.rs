@@ -4,7 +4,7 @@ use super::error::{Attempt, StoreError};
 use super::log::{Event, log};
 use super::open::Store;
 use super::order::lock_job;
-use super::rows::{count, int, json, text};
+use super::rows::{int, json, text};
 use crate::metrics::Transaction as Kind;
 use shearwater_shared::api::LogKind;
 use shearwater_shared::job::JobId;
@@ -37,33 +37,6 @@ pub struct LeaseRow {
 }
 
 impl Store {
-    /// Prolong those of `ids` that are open and the worker's.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn prolong(
-        &self,
-        worker: &str,
-        ids: &[i64],
-        until_ms: i64,
-    ) -> Result<(), StoreError> {
-        let _timed = self.measures.transaction(Kind::Heartbeat);
-        let mut tx = self.begin().await?;
-        for id in ids {
-            sqlx::query(
-                "UPDATE lease SET until_ms = $3 WHERE id = $1 AND worker = $2 AND closed = 0 \
-                 AND until_ms < $3",
-            )
-            .bind(*id)
-            .bind(worker)
-            .bind(until_ms)
-            .execute(&mut *tx)
-            .await
-            .attempt("prolong lease")?;
-        }
-        tx.commit().await.attempt("commit heartbeat")
-    }
-
     /// Give every open lease until `until_ms` at least: after a start, since
     /// nobody could be heard while nobody listened.
     ///
@@ -124,48 +97,6 @@ impl Store {
         .attempt("read lease")?
         .map(|row| lease_row(&row))
         .transpose()
-    }
-
-    /// Whether a worker may still usefully render a lease: its job is live and
-    /// some unit of it is not yet counted, or is to be compared.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn lease_is_wanted(&self, lease: &LeaseRow) -> Result<bool, StoreError> {
-        let live = sqlx::query("SELECT id FROM job WHERE id = $1 AND finished_ms IS NULL")
-            .bind(lease.job.0)
-            .fetch_optional(&self.read)
-            .await
-            .attempt("read job")?;
-        if live.is_none() {
-            return Ok(false);
-        }
-        let audit = sqlx::query("SELECT job FROM audit WHERE lease > 0 AND lease = $1 LIMIT 1")
-            .bind(lease.id)
-            .fetch_optional(&self.read)
-            .await
-            .attempt("look at audits")?;
-        if audit.is_some() {
-            return Ok(true);
-        }
-        for run in &lease.runs {
-            let row = sqlx::query(
-                "SELECT count(*) AS open FROM unit WHERE job = $1 AND frame = $2 AND tile = $3 \
-                 AND block >= $4 AND block < $5 AND state < 2",
-            )
-            .bind(lease.job.0)
-            .bind(i64::from(run.frame))
-            .bind(i64::from(run.tile))
-            .bind(i64::from(run.block0))
-            .bind(i64::from(run.block1))
-            .fetch_one(&self.read)
-            .await
-            .attempt("look at lease")?;
-            if count(&row, "open")? > 0 {
-                return Ok(true);
-            }
-        }
-        Ok(false)
     }
 
     /// Open leases of a job, oldest first.

@@ -4,7 +4,8 @@
 //! the job's `rev`: the log never says what did not happen, and needs no trimming.
 
 use super::error::{Attempt, StoreError, corrupt};
-use super::open::Store;
+use super::lists::{Listed, list, listed};
+use super::open::{Engine, Store};
 use super::rows::{int, json, optional_text, runs_text};
 use shearwater_shared::api::{LogEvent, LogKind};
 use shearwater_shared::job::JobId;
@@ -67,6 +68,53 @@ pub(super) async fn log(
     .execute(&mut **tx)
     .await
     .attempt("write log")?;
+    Ok(())
+}
+
+const LOG_ALL: Listed = listed!(
+    "INSERT INTO job_log (job, slot, seq, at_ms, kind, worker, lease, runs, ms, text) \
+     SELECT $2, CAST(value ->> 0 AS BIGINT) % $3, CAST(value ->> 0 AS BIGINT), $4, \
+     value ->> 1, value ->> 2, CAST(value ->> 3 AS BIGINT), value ->> 4, \
+     CAST(value ->> 5 AS BIGINT), value ->> 6 FROM ",
+    " WHERE true ON CONFLICT (job, slot) DO UPDATE SET seq = excluded.seq, \
+     at_ms = excluded.at_ms, kind = excluded.kind, worker = excluded.worker, \
+     lease = excluded.lease, runs = excluded.runs, ms = excluded.ms, text = excluded.text"
+);
+
+/// Write events of one job and one moment, which counted it up to `rev`: one change for
+/// each of them. Fewer than the ring is long.
+pub(super) async fn log_all(
+    tx: &mut Transaction<'static, Any>,
+    engine: Engine,
+    job: JobId,
+    rev: i64,
+    events: &[Event<'_>],
+) -> Result<(), StoreError> {
+    let Some(at_ms) = events.first().map(|event| event.at_ms) else {
+        return Ok(());
+    };
+    let mut rows = Vec::with_capacity(events.len());
+    for (event, seq) in events.iter().rev().zip((0..=rev).rev()) {
+        let kind = serde_json::to_string(&event.kind).map_err(|e| corrupt("event", e))?;
+        let runs = runs_text(event.runs)?;
+        rows.push((
+            seq,
+            kind,
+            event.worker,
+            event.lease,
+            runs,
+            event.ms,
+            event.text,
+        ));
+    }
+    sqlx::query(LOG_ALL.of(engine))
+        .bind(list(&rows)?)
+        .bind(job.0)
+        .bind(LOG_CHANGES_MAX)
+        .bind(at_ms)
+        .execute(&mut **tx)
+        .await
+        .attempt("write log")?;
     Ok(())
 }
 

@@ -297,6 +297,8 @@ async fn pool_of(
 
 #[cfg(test)]
 mod tests {
+    use super::super::claim::LEASE_UNITS;
+    use super::super::commit::COUNT_UNITS;
     use super::*;
 
     async fn store(folder: &tempfile::TempDir) -> Store {
@@ -318,6 +320,24 @@ mod tests {
         drop(tx);
         let tx = store.begin().await.expect("begin again");
         tx.commit().await.expect("commit");
+    }
+
+    #[tokio::test]
+    async fn lists_of_runs_are_looked_up_one_by_one() {
+        let folder = tempfile::tempdir().expect("folder");
+        let store = store(&folder).await;
+        for sql in [COUNT_UNITS, LEASE_UNITS] {
+            let sql = format!("EXPLAIN QUERY PLAN {}", sql.of(Engine::Sqlite));
+            let rows = sqlx::query(sqlx::AssertSqlSafe(sql)).bind("[]");
+            let rows = rows.fetch_all(&store.read).await.expect("plan");
+            let plan: Vec<String> = rows.iter().map(|row| row.get("detail")).collect();
+            let (first, second) = (&plan[0], &plan[1]);
+            assert!(first.contains("json_each"), "{plan:?}");
+            assert!(
+                second.contains("SEARCH unit") && second.contains("job=? AND frame=? AND tile=?"),
+                "{plan:?}"
+            );
+        }
     }
 
     #[tokio::test]

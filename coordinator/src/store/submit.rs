@@ -139,10 +139,21 @@ pub(super) async fn next_id(
     tx: &mut Transaction<'static, Any>,
     name: &'static str,
 ) -> Result<i64, StoreError> {
-    let row = sqlx::query("UPDATE counter SET value = value + 1 WHERE name = $1 RETURNING value")
+    next_ids(tx, name, 1).await
+}
+
+/// The first of the next `count` numbers of `name`, unique for ever.
+pub(super) async fn next_ids(
+    tx: &mut Transaction<'static, Any>,
+    name: &'static str,
+    count: usize,
+) -> Result<i64, StoreError> {
+    let count = i64::try_from(count).unwrap_or(i64::MAX);
+    let row = sqlx::query("UPDATE counter SET value = value + $2 WHERE name = $1 RETURNING value")
         .bind(name)
+        .bind(count)
         .fetch_one(&mut **tx)
         .await
         .attempt("count up")?;
-    int(&row, "value")
+    Ok(int(&row, "value")? - count + 1)
 }

@@ -2,11 +2,11 @@
 
 use super::error::{Attempt, StoreError};
 use super::open::Store;
-use super::rows::{big, count, int, optional_text, small, text};
+use super::rows::{count, int, optional_text, small, text};
 use std::collections::BTreeMap;
 
 /// Workers shown or considered at once; the most lately seen ones.
-const WORKERS_MAX: i64 = 4096;
+const WORKERS_MAX: i64 = 16_384;
 
 /// A worker.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,41 +30,6 @@ pub struct WorkerRow {
 }
 
 impl Store {
-    /// Note that a worker asked for work.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn worker_asked(&self, worker: &WorkerRow) -> Result<(), StoreError> {
-        sqlx::query(
-            "INSERT INTO worker (instance, name, threads, milli_samples_per_s, seen_ms) \
-             VALUES ($1, $2, $3, $4, $5) ON CONFLICT (instance) DO UPDATE SET name = $2, \
-             threads = $3, milli_samples_per_s = $4, seen_ms = $5",
-        )
-        .bind(&worker.instance)
-        .bind(&worker.name)
-        .bind(i64::from(worker.threads))
-        .bind(big(worker.milli_samples_per_s))
-        .bind(worker.seen_ms)
-        .execute(&self.write)
-        .await
-        .attempt("note worker")?;
-        Ok(())
-    }
-
-    /// Note that a worker was heard of.
-    ///
-    /// # Errors
-    /// The database failed.
-    pub async fn worker_seen(&self, instance: &str, now_ms: i64) -> Result<(), StoreError> {
-        sqlx::query("UPDATE worker SET seen_ms = $2 WHERE instance = $1 AND seen_ms < $2")
-            .bind(instance)
-            .bind(now_ms)
-            .execute(&self.write)
-            .await
-            .attempt("note worker")?;
-        Ok(())
-    }
-
     /// Workers heard of since `since_ms`, by name.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
 //! Pauses, retries, the log, the audit and what it takes back, on any engine.
 
-use crate::suite::{SETTINGS, claim, part, submit, submit_with};
+use crate::suite::{SETTINGS, beat, claim, part, submit, submit_with};
 use shearwater_coordinator::store::{
     Claimed, CommitOutcome, FoldTask, FrameEnd, FrameTile, PartRecord, Store,
 };
@@ -136,8 +136,7 @@ async fn claims_decide(store: &Store) {
 
     disputed(store, job, "claims-a", "right").await;
     let (_, lost) = audit(store, "claims-c").await;
-    let wanted = store.lease(lost.id).await.expect("read").expect("lease");
-    assert!(store.lease_is_wanted(&wanted).await.expect("look"));
+    assert!(beat(store, "claims-c", lost.id, 9000).await);
     let again = store.lease_audits("claims-b", "b", 2000, 9000).await;
     assert_eq!(again.expect("look"), None, "one at a time");
     store.expire(10_000).await.expect("expire");

@@ -1,6 +1,6 @@
 //! Leases and jobs that end.
 
-use crate::suite::{claim, gone, part, submit};
+use crate::suite::{beat, claim, gone, part, submit};
 use shearwater_coordinator::store::{CommitOutcome, JobFilter, Store};
 
 pub(crate) async fn what_ended_stays_ended(store: &Store) {
@@ -23,14 +23,8 @@ pub(crate) async fn expiry_frees_and_late_results_count(store: &Store) {
     let first = claim(store, job, 4, 1_000_000, 1_000_100)
         .await
         .expect("work");
-    store
-        .prolong("w", &[first.id], 1_000_200)
-        .await
-        .expect("prolong");
-    store
-        .prolong("thief", &[first.id], 9_000_000)
-        .await
-        .expect("prolong");
+    assert!(beat(store, "w", first.id, 1_000_200).await);
+    assert!(!beat(store, "thief", first.id, 9_000_000).await);
     let leased = async || {
         let units = store.leased_units(job, 99).await.expect("units");
         units.len()

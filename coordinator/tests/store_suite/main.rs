@@ -7,6 +7,7 @@ mod engines;
 mod errors;
 mod events;
 mod frames;
+mod many;
 mod objects;
 mod races;
 mod suite;

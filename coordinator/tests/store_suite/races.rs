@@ -2,7 +2,7 @@
 //! another one, and the counts come out right.
 
 use crate::engines::Database;
-use crate::suite::{SETTINGS, claim, part, submit_frames};
+use crate::suite::{SETTINGS, beat, claim, part, submit_frames};
 use shearwater_coordinator::store::{CommitOutcome, FoldTask, FrameTile, Store};
 use shearwater_shared::film::{Brightness, TileError};
 use shearwater_shared::job::JobId;
@@ -78,10 +78,7 @@ async fn work(store: Store, race: Arc<Race>, seed: u64) -> u64 {
             continue;
         };
         idle = 0;
-        store
-            .prolong("w", &[claimed.id], now_ms + 80)
-            .await
-            .expect("prolong");
+        beat(&store, "w", claimed.id, now_ms + 80).await;
         if turn.is_multiple_of(11) {
             store.release("w", claimed.id, 5).await.expect("release");
             continue;

@@ -1,8 +1,10 @@
 //! One promise after the other, on a store that may hold other jobs; what they share.
 
-use crate::{commits, ends, errors, frames};
-use shearwater_coordinator::farm::{Unit, cut_runs};
-use shearwater_coordinator::store::{Claimed, NewJob, PartRecord, ReadyQuery, Store, Submitted};
+use crate::{commits, ends, errors, frames, many};
+use shearwater_coordinator::farm::{Unit, Wish, cut_runs};
+use shearwater_coordinator::store::{
+    Beat, ClaimQuery, Claimed, NewJob, PartRecord, Store, Submitted,
+};
 use shearwater_shared::hash::ContentHash;
 use shearwater_shared::job::{JobId, Manifest, RenderSettings};
 use shearwater_shared::plan::{Plan, Run};
@@ -57,18 +59,45 @@ pub(crate) async fn claim(
     now_ms: i64,
     until_ms: i64,
 ) -> Option<Claimed> {
-    let query = ReadyQuery {
-        job,
+    let wish = Wish {
         worker: "w".into(),
         units_max,
-        present: 0,
-        timed: None,
+        threads: 1,
     };
-    let cut = |ready: &[Unit]| cut_runs(ready, &Plan::new(&SETTINGS), 1);
+    let claimed = claim_all(store, job, vec![wish], 0, now_ms, until_ms).await;
+    claimed.into_iter().next().flatten()
+}
+
+/// One answer for each wish.
+pub(crate) async fn claim_all(
+    store: &Store,
+    job: JobId,
+    wishes: Vec<Wish>,
+    present: u64,
+    now_ms: i64,
+    until_ms: i64,
+) -> Vec<Option<Claimed>> {
+    let query = ClaimQuery {
+        job,
+        wishes,
+        present,
+        timed: false,
+    };
+    let cut = |ready: &[Unit], wish: &Wish| cut_runs(ready, &Plan::new(&SETTINGS), wish.threads);
     store
         .claim(&query, cut, now_ms, until_ms)
         .await
         .expect("claim")
+}
+
+/// A heartbeat for one lease: whether it is wanted.
+pub(crate) async fn beat(store: &Store, worker: &str, lease: i64, until_ms: i64) -> bool {
+    let beat = Beat {
+        lease,
+        worker: worker.into(),
+    };
+    let wanted = store.hear(&[beat], until_ms).await.expect("hear");
+    wanted.contains(&lease)
 }
 
 pub(crate) fn part(job: JobId, run: Run, lease: i64, nonce: u64) -> PartRecord {
@@ -103,6 +132,10 @@ pub(crate) async fn run(store: &Store) {
     errors::errors_are_noted_when_they_have_changed(store).await;
     commits::racing_overlapping_commits_never_tear(store).await;
     commits::racing_folds_take_every_part_once(store).await;
+    many::those_who_ask_together_are_served_together(store).await;
+    many::what_one_failed_on_goes_to_others(store).await;
+    many::results_are_counted_together_or_not_at_all(store).await;
+    many::workers_are_heard_together(store).await;
     ends::what_ended_stays_ended(store).await;
     ends::expiry_frees_and_late_results_count(store).await;
     ends::a_clock_set_back_ends_leases_in_time(store).await;
