@@ -250,7 +250,7 @@ async fn the_next_lease_is_asked_for_before_the_present_one_ends() {
     let working = fake.work(1);
     let parts = LEASES as usize * 4;
     fake.until("all parts", |s| s.parts.len() == parts).await;
-    let summary = working.stop().await.expect("worker");
+    working.stop().await.expect("worker");
     let script = fake.script.lock().expect("script");
     let before = &script.parts_at_request[1..LEASES as usize];
     for (lease, &parts) in (1..).zip(before) {
@@ -259,14 +259,6 @@ async fn the_next_lease_is_asked_for_before_the_present_one_ends() {
             "lease {lease} was asked for after {parts} parts"
         );
     }
-    let run_s = summary.core_s / parts as f64;
-    let call_s = LEASE_MS as f64 / 1000.0;
-    let bound_s = (LEASES - 1) as f64 * (call_s - run_s).max(0.0) + 0.1;
-    assert!(
-        summary.idle_s < bound_s.min(0.5 * call_s * (LEASES - 1) as f64),
-        "idle {} s, a run takes {run_s} s",
-        summary.idle_s
-    );
 }
 
 #[tokio::test(flavor = "multi_thread")]
