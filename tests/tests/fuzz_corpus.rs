@@ -35,6 +35,7 @@ fn replay(target: &str) {
         let ended = catch_unwind(AssertUnwindSafe(|| body(&data)));
         assert!(ended.is_ok(), "{}", file.display());
     }
+    bodies::end();
     assert!(bytes <= BYTES_MAX, "{bytes}");
 }
 

@@ -20,7 +20,7 @@ mod wire;
 pub use film::film;
 pub use images::images;
 pub use obj_mtl::obj_mtl;
-pub use query::query;
+pub use query::{end, query};
 pub use scene::scene;
 pub use wire::wire;
 

@@ -15,7 +15,6 @@ struct Farms {
     open: Farm,
     guarded: Farm,
     requests: u32,
-    // Last: what stands above ends on it.
     runtime: Runtime,
 }
 
@@ -40,6 +39,24 @@ fn start() -> Farms {
     }
 }
 
+/// Drops them where their runtime is at hand, which the database asks for.
+fn stop(farms: Farms) {
+    let Farms {
+        open,
+        guarded,
+        runtime,
+        ..
+    } = farms;
+    let entered = runtime.enter();
+    drop((open, guarded));
+    drop(entered);
+}
+
+/// Stop the coordinators of this thread, so that nothing of them is left.
+pub fn end() {
+    FARMS.with_borrow_mut(|farms| farms.take().into_iter().for_each(stop));
+}
+
 /// A request, as [`request::parse`] reads it. One with an `Authorization` goes to
 /// a coordinator that demands tokens.
 pub fn query(data: &[u8]) {
@@ -53,7 +70,7 @@ pub fn query(data: &[u8]) {
             .as_ref()
             .is_some_and(|farms| farms.requests >= REQUESTS_MAX)
         {
-            *farms = None;
+            farms.take().into_iter().for_each(stop);
         }
         let farms = farms.get_or_insert_with(start);
         farms.requests += 1;
