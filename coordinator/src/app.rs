@@ -5,6 +5,7 @@ use crate::beats;
 use crate::config::{Config, StartError};
 use crate::counting;
 use crate::dispatch::{self, Question};
+use crate::farm;
 use crate::gather::{Gathered, Gatherer, gather};
 use crate::known::Known;
 use crate::metrics::{About, Metrics};
@@ -193,6 +194,17 @@ impl App {
         tokio::task::spawn_blocking(work)
             .await
             .map_err(|e| CutOff(e.to_string()))
+    }
+
+    /// Milliseconds between heartbeats, for the workers that are there.
+    pub(crate) fn heartbeat_ms(&self) -> u64 {
+        let workers = self.presence.present().len();
+        farm::heartbeat_ms(self.config.heartbeat_ms, workers)
+    }
+
+    /// Milliseconds that a lease lives without one.
+    pub(crate) fn lease_ttl_ms(&self) -> u64 {
+        farm::lease_ttl_ms(self.config.lease_ttl_ms, self.heartbeat_ms())
     }
 
     /// Wake those who wait for work.

@@ -70,7 +70,7 @@ async fn reap(app: Arc<App>) {
             continue;
         }
         let now_ms = now_ms();
-        let lease_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+        let lease_ms = now_ms.saturating_add_unsigned(app.lease_ttl_ms());
         let cut = app
             .store
             .cut_future_times(now_ms, lease_ms, now_ms.saturating_add(QUARANTINE_MS))

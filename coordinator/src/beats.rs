@@ -16,7 +16,7 @@ pub(crate) type Answer = Result<BTreeSet<i64>, StoreError>;
 pub(crate) async fn hear_all(app: Arc<App>, mut beats: Gathered<Vec<Beat>, Answer>) {
     while let Some(batch) = beats.batch(BATCH_MAX).await {
         let all: Vec<Beat> = batch.iter().flat_map(|asked| asked.item.clone()).collect();
-        let until_ms = now_ms().saturating_add_unsigned(app.config.lease_ttl_ms);
+        let until_ms = now_ms().saturating_add_unsigned(app.lease_ttl_ms());
         match app.store.hear(&all, until_ms).await {
             Ok(wanted) => {
                 for asked in batch {

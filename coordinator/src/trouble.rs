@@ -111,7 +111,7 @@ pub(crate) async fn watch(app: Arc<App>) {
         );
         if database.is_ok() && app.troubles.database_is_away() {
             // Nobody could be heard while the database was away.
-            let until_ms = now_ms().saturating_add_unsigned(app.config.lease_ttl_ms);
+            let until_ms = now_ms().saturating_add_unsigned(app.lease_ttl_ms());
             if let Err(error) = app.store.prolong_all(until_ms).await {
                 tracing::warn!(%error, "leases get no more time");
             }

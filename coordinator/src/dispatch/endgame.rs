@@ -75,7 +75,7 @@ async fn reissue(
         if runs.is_empty() {
             continue;
         }
-        let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+        let until_ms = now_ms.saturating_add_unsigned(app.lease_ttl_ms());
         snapshot.forget_endgame(job);
         let claimed = app
             .store

@@ -89,7 +89,7 @@ async fn serve_audits(
     waiting: &mut Vec<Waiting>,
     now_ms: i64,
 ) -> Result<(), StoreError> {
-    let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+    let until_ms = now_ms.saturating_add_unsigned(app.lease_ttl_ms());
     let mut at = 0;
     while snapshot.audits > 0
         && let Some(asked) = waiting.get(at)
@@ -273,7 +273,7 @@ async fn claim(
         timed: row.settings.stop.seconds.is_some(),
     };
     let plan = row.plan();
-    let until_ms = now_ms.saturating_add_unsigned(app.config.lease_ttl_ms);
+    let until_ms = now_ms.saturating_add_unsigned(app.lease_ttl_ms());
     app.store
         .claim(
             &query,
@@ -322,7 +322,7 @@ pub(super) async fn answer_lease(
         manifest: row.manifest.clone(),
         settings: row.settings,
         runs: claimed.runs,
-        heartbeat_ms: app.config.heartbeat_ms,
+        heartbeat_ms: app.heartbeat_ms(),
     };
     let answer = Ok(Dispatch::Lease(Box::new(lease)));
     if asked.answer.send(answer).is_err() && app.store.release(&instance, id, now_ms()).await? {

@@ -11,6 +11,7 @@ mod endgame;
 mod extend;
 mod failure;
 mod forecast;
+mod heartbeat;
 mod lease_size;
 mod runs;
 mod share_out;
@@ -28,6 +29,7 @@ pub use failure::{
     unit_is_poison,
 };
 pub use forecast::{nmse_at, samples_to_error};
+pub use heartbeat::{heartbeat_ms, lease_ttl_ms};
 pub use lease_size::{Sizing, lease_units};
 pub use runs::{Unit, cut_runs};
 pub use share_out::{Failed, Wish, share_out};
