@@ -14,7 +14,7 @@ pub(crate) struct Traffic {
     failures: Mutex<BTreeMap<String, u64>>,
 }
 
-/// What [`Traffic`] has counted.
+/// What was counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct TrafficSum {
     /// Calls.
