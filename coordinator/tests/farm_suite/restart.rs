@@ -85,9 +85,10 @@ async fn objects_that_nobody_names_are_swept_after_their_grace() {
         dir,
     } = farm;
     coordinator.shutdown().await;
-    tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+    // Longer than the grace, which films that are just being made need as well.
+    tokio::time::sleep(std::time::Duration::from_millis(1_200)).await;
     let mut config = config(dir.path());
-    config.orphan_grace_ms = 0;
+    config.orphan_grace_ms = 1_000;
     let coordinator = Coordinator::start(config).await.expect("start again");
     let farm = Farm {
         coordinator,
