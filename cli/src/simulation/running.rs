@@ -171,7 +171,9 @@ impl Running {
                 gauge.take();
             }
             let job = match self.api.job(self.job).await {
-                Err(CliError::Unreachable { .. }) if silent < SILENT_LOOKS_MAX => {
+                Err(CliError::Unreachable { .. } | CliError::Silent { .. })
+                    if silent < SILENT_LOOKS_MAX =>
+                {
                     silent += 1;
                     continue;
                 }
