@@ -77,7 +77,8 @@ fn a_job_is_told_from_its_beginning_to_its_end(pair: Pair) {
         after.value("shearwater_result_handling_seconds_count")
     );
     let commits = "shearwater_database_transaction_seconds_count{transaction=\"commit\"}";
-    assert!(after.value(commits) >= counted);
+    let commits = after.value(commits);
+    assert!(commits >= 1.0, "results that come together share one");
     assert!(after.value("shearwater_result_received_bytes_total") > 1000.0 * counted);
     let granted = after.sum("shearwater_leases_granted_total");
     assert_eq!(granted, after.value("shearwater_lease_wait_seconds_count"));
